@@ -37,12 +37,12 @@ impl<T: Clone> Grid<T> {
 }
 
 impl<T> Grid<T> {
-    /// Outer corner of cell (0, 0), metres.
+    /// Outer corner of cell (0, 0), meters.
     pub fn origin(&self) -> Point2<f64> {
         self.origin
     }
 
-    /// Side of a cell, metres.
+    /// Side of a cell, meters.
     pub fn resolution_m(&self) -> f64 {
         self.resolution_m
     }
@@ -75,7 +75,7 @@ impl<T> Grid<T> {
         inside.then_some((column as usize, row as usize))
     }
 
-    /// Center of a cell, metres.
+    /// Center of a cell, meters.
     pub fn center_of(&self, column: usize, row: usize) -> Point2<f64> {
         Point2::new(
             self.origin.x + (column as f64 + 0.5) * self.resolution_m,

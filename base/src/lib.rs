@@ -1,6 +1,6 @@
 //! The shared words of arborloop: time, poses, observations, estimates, grids, seeds and the two open traits.
 //!
-//! No file is read or written here and no engine is known. Units are metres, radians, kilograms and integer
+//! No file is read or written here and no engine is known. Units are meters, radians, kilograms and integer
 //! nanoseconds; frames are named `to_from_from`, so `map_from_base * base_from_lidar` reads left to right.
 
 mod estimate;

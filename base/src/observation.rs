@@ -12,7 +12,7 @@ pub struct Return {
     pub azimuth_rad: f64,
     /// Elevation of the point (or of the beam) above the lidar's xy plane, radians.
     pub elevation_rad: f64,
-    /// Distance from the lidar's origin, metres; `None` when the beam met nothing (free space is evidence).
+    /// Distance from the lidar's origin, meters; `None` when the beam met nothing (free space is evidence).
     pub range_m: Option<f64>,
     /// Elevation rank of the beam, 0 the lowest.
     pub ring: u16,
@@ -25,7 +25,7 @@ pub struct Return {
 }
 
 impl Return {
-    /// The point that the beam met, lidar frame, metres.
+    /// The point that the beam met, lidar frame, meters.
     pub fn point(&self) -> Option<Point3<f64>> {
         let range_m = self.range_m?;
         let (sin_azimuth, cos_azimuth) = self.azimuth_rad.sin_cos();
@@ -78,7 +78,7 @@ pub enum FixQuality {
 pub struct Fix {
     /// When it was measured.
     pub stamp: Time,
-    /// East, north, up from the site's datum, metres.
+    /// East, north, up from the site's datum, meters.
     pub position_m: Vector3<f64>,
     /// Covariance of `position_m`, m^2.
     pub covariance_m2: Matrix3<f64>,

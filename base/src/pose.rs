@@ -4,10 +4,10 @@ use crate::time::Time;
 use nalgebra::{Isometry2, Isometry3, Translation3, UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A rigid transform in space, named `to_from_from` by its holder; metres.
+/// A rigid transform in space, named `to_from_from` by its holder; meters.
 pub type Pose = Isometry3<f64>;
 
-/// A rigid transform in the plane: x, y in metres, heading in radians counter-clockwise.
+/// A rigid transform in the plane: x, y in meters, heading in radians counter-clockwise.
 pub type Pose2 = Isometry2<f64>;
 
 /// Velocity of a body: linear in m/s, angular in rad/s, both in the frame that the holder names.
@@ -148,7 +148,7 @@ impl Trajectory {
         Some(interpolate(p0, p1, (stamp - *t0).seconds() / (*t1 - *t0).seconds()))
     }
 
-    /// Length of the path through the positions, metres.
+    /// Length of the path through the positions, meters.
     pub fn length_m(&self) -> f64 {
         self.poses.windows(2).map(|w| (w[1].1.translation.vector - w[0].1.translation.vector).norm()).sum()
     }

@@ -39,7 +39,7 @@ pub struct Label {
     pub class: Class,
     /// Which object of that class, as numbered by the world; 0 where the class has no objects.
     pub instance: u32,
-    /// Distance along the beam before noise, quantization and dropout, metres; NaN when nothing was met.
+    /// Distance along the beam before noise, quantization and dropout, meters; NaN when nothing was met.
     pub range_m: f32,
     /// Angle between the beam and the surface normal, radians in [0, pi/2]; NaN when nothing was met.
     pub incidence_rad: f32,

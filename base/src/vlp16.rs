@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 /// Elevation of each laser in firing order, degrees (manual p. 54).
 pub const ELEVATION_DEG: [f64; LASERS] =
     [-15.0, 1.0, -13.0, 3.0, -11.0, 5.0, -9.0, 7.0, -7.0, 9.0, -5.0, 11.0, -3.0, 13.0, -1.0, 15.0];
-/// Height of each laser's origin above the sensor's center, metres (manual p. 54).
+/// Height of each laser's origin above the sensor's center, meters (manual p. 54).
 pub const OFFSET_M: [f64; LASERS] = [
     0.0112, -0.0007, 0.0097, -0.0022, 0.0081, -0.0037, 0.0066, -0.0051, 0.0051, -0.0066, 0.0037, -0.0081,
     0.0022, -0.0097, 0.0007, -0.0112,
@@ -22,7 +22,7 @@ pub const LASERS: usize = 16;
 pub const LASER_STEP: Span = Span::from_nanos(2_304);
 /// Time between two cycles: 16 firings and 18.432 us of recharge, 55.296 us.
 pub const CYCLE_STEP: Span = Span::from_nanos(55_296);
-/// Distances are whole multiples of this, metres.
+/// Distances are whole multiples of this, meters.
 pub const DISTANCE_STEP_M: f64 = 0.002;
 /// Bytes of a data packet's payload.
 pub const PACKET_BYTES: usize = 1206;
@@ -37,7 +37,7 @@ const HUNDREDTHS: i64 = 36_000;
 
 /// Ring (elevation rank, 0 lowest) of a laser, by firing order.
 pub const fn ring_of(laser: usize) -> u16 {
-    (if laser % 2 == 0 { laser / 2 } else { 8 + laser / 2 }) as u16
+    (if laser.is_multiple_of(2) { laser / 2 } else { 8 + laser / 2 }) as u16
 }
 
 /// Laser, by firing order, of a ring.
@@ -161,9 +161,8 @@ pub fn decode(packets: &[Packet], end: Time) -> Result<Sweep, WireError> {
     let step_after =
         |index: usize| blocks.get(index + 1).map(|next| (next.1 - blocks[index].1).rem_euclid(HUNDREDTHS));
     let mut step = 0;
-    for index in 0..blocks.len() {
+    for (index, &(block_time, azimuth, block)) in blocks.iter().enumerate() {
         step = step_after(index).unwrap_or(step);
-        let (block_time, azimuth, block) = blocks[index];
         for (slot, echo) in block[4..].chunks_exact(3).enumerate() {
             let (cycle, laser) = (slot / LASERS, slot % LASERS);
             let after_block = CYCLE_STEP * cycle as i64 + LASER_STEP * laser as i64;

@@ -1,0 +1,7 @@
+//! Whole recordings: written, read back, cut, garbled.
+
+mod damage;
+mod foreign;
+mod pullally;
+mod round_trip;
+mod synthetic;

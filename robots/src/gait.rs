@@ -1,0 +1,58 @@
+//! The gait seam: what moves a trunk, whether by kinematics (the trot here) or by a physics engine.
+
+mod legs;
+mod oscillator;
+mod planar;
+mod settings;
+mod shake;
+mod suspension;
+mod trot;
+
+pub use settings::TrotSettings;
+pub use trot::KinematicTrot;
+
+use arborloop_base::Pose;
+use nalgebra::{Point3, Vector3};
+
+/// The ground under a robot, world frame.
+pub trait Ground {
+    /// Height of the ground, meters.
+    fn height_m(&self, x_m: f64, y_m: f64) -> f64;
+}
+
+/// What a robot is told to do.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Command {
+    /// Forward speed, m/s.
+    pub forward_mps: f64,
+    /// Turn rate, counter-clockwise, rad/s.
+    pub turn_radps: f64,
+}
+
+/// A walking robot at one instant. Legs are ordered FR, FL, RR, RL.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrunkState {
+    /// The base (trunk origin: the middle between the four hips) in the world.
+    pub world_from_base: Pose,
+    /// Velocity of the base's origin, world frame, m/s.
+    pub linear_mps: Vector3<f64>,
+    /// Turn rate, base frame, rad/s.
+    pub angular_radps: Vector3<f64>,
+    /// Stride phase in [0, 1).
+    pub phase: f64,
+    /// Which feet carry weight.
+    pub stance: [bool; 4],
+    /// Centers of the feet, world frame; a foot that stands has its center one foot radius above the ground.
+    pub feet_world: [Point3<f64>; 4],
+    /// Hip, thigh and calf angle of each leg in turn, in the order of [`crate::go1::JOINT_NAMES`], radians.
+    pub joint_angles_rad: [f64; 12],
+}
+
+/// The gait seam: the kinematic trot fills it here, a physics gait elsewhere, and no sensor knows which.
+pub trait TrunkMotion: Send {
+    /// Moves on by exactly one tick.
+    fn advance(&mut self, command: &Command, ground: &dyn Ground) -> &TrunkState;
+
+    /// The state after the last tick.
+    fn state(&self) -> &TrunkState;
+}

@@ -1,0 +1,18 @@
+//! The robot's sensors: what they are set to, and how they make observations from the body's true motion.
+
+mod gnss;
+mod imu;
+mod lidar;
+mod motion;
+mod odometry;
+
+pub use gnss::{DatumSpec, GnssSpec};
+pub use imu::ImuSpec;
+pub use lidar::{LidarModel, LidarSpec};
+pub use odometry::OdometrySpec;
+
+pub(crate) use gnss::Gnss;
+pub(crate) use imu::InertialSensor;
+pub(crate) use lidar::Lidar;
+pub(crate) use motion::Motion;
+pub(crate) use odometry::LegOdometry;

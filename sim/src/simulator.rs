@@ -1,0 +1,199 @@
+//! World, robot and sensors on one clock: a tick in, what the sensors say out.
+
+use crate::optics::Optics;
+use crate::physics::Physics;
+use crate::scenario::Scenario;
+use crate::sensor::{Gnss, InertialSensor, LegOdometry, Lidar, Motion};
+use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, spatial};
+use arborloop_robots::{Command, Follower, Ground, KinematicTrot, Robot, TrunkMotion, TrunkState, go1};
+use arborloop_worlds::{Terrain, World};
+use nalgebra::Translation3;
+use std::collections::VecDeque;
+
+/// A scenario brought to life with one seed.
+pub struct Simulator {
+    scenario: Scenario,
+    world: World,
+    optics: Optics,
+    physics: Physics,
+    robot: Robot,
+    gait: KinematicTrot,
+    motion: Motion,
+    lidar: Lidar,
+    imu: Option<InertialSensor>,
+    gnss: Option<Gnss>,
+    odometry: Option<LegOdometry>,
+    labels: Vec<Label>,
+    contacts: Vec<Contact>,
+    world_from_start: Pose,
+    now: Time,
+    command: Command,
+    queued: VecDeque<(Time, Command)>,
+}
+
+/// The terrain as the robot's feet know it.
+struct Soil<'a>(&'a Terrain);
+
+impl Ground for Soil<'_> {
+    fn height_m(&self, x_m: f64, y_m: f64) -> f64 {
+        self.0.height_m(x_m, y_m)
+    }
+}
+
+impl Simulator {
+    /// Grows the world and stands the robot on it. The scenario has passed its checks when it was read.
+    pub fn new(scenario: &Scenario, seed: Seed) -> Self {
+        let tick = scenario.tick();
+        let world = arborloop_worlds::build(&scenario.world, seed);
+        let start = scenario.start.pose();
+        let gait = KinematicTrot::new(scenario.gait.clone(), start, tick, &Soil(&world.terrain), seed);
+        let state = gait.state();
+        let robot = go1();
+        let mount = |link: &str| robot.frame(link).expect("the embedded robots carry every sensor's frame");
+        let period = |rate_hz: f64| Span::from_seconds(1.0 / rate_hz);
+        let turn = period(scenario.lidar.rate_hz);
+        let start_height = state.world_from_base.translation.z;
+        Simulator {
+            optics: Optics::new(&world),
+            physics: Physics::new(&world, state, scenario.run.tick_s),
+            // A turn is looked back on as a whole, plus the firing cycle that begins before it.
+            motion: Motion::new(
+                Time::SIMULATION_START,
+                state.world_from_base,
+                tick,
+                turn + Span::from_millis(10),
+            ),
+            lidar: Lidar::new(&scenario.lidar, turn, mount("velodyne"), seed.stream("lidar")),
+            imu: scenario.imu.as_ref().map(|imu| {
+                InertialSensor::new(imu, period(imu.rate_hz), mount("imu_link"), seed.stream("imu"))
+            }),
+            gnss: scenario
+                .gnss
+                .as_ref()
+                .map(|gnss| Gnss::new(gnss, period(gnss.rate_hz), mount("gps_link"), seed.stream("gnss"))),
+            odometry: scenario.odometry.as_ref().map(|odometry| {
+                LegOdometry::new(odometry, period(odometry.rate_hz), seed.stream("odometry"))
+            }),
+            labels: Vec::new(),
+            contacts: Vec::new(),
+            // Level, so that a route and a gravity-aligned map lie in the same plane whatever the first slope.
+            world_from_start: Translation3::new(0.0, 0.0, start_height) * spatial(&start),
+            now: Time::SIMULATION_START,
+            command: Command::default(),
+            queued: VecDeque::new(),
+            scenario: scenario.clone(),
+            world,
+            robot,
+            gait,
+        }
+    }
+
+    /// The present.
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// When the run ends at the latest.
+    pub fn end(&self) -> Time {
+        Time::SIMULATION_START + Span::from_seconds(self.scenario.run.duration_s_max)
+    }
+
+    /// What the simulator was made from.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// What stands around.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The robot's description, with its sensors' frames.
+    pub fn robot(&self) -> &Robot {
+        &self.robot
+    }
+
+    /// The start in the world: level, at the base's place and heading at time zero.
+    pub fn world_from_start(&self) -> Pose {
+        self.world_from_start
+    }
+
+    /// A follower for the scenario's route.
+    pub fn follower(&self) -> Follower {
+        Follower::new(self.scenario.route.clone(), self.scenario.follower.clone())
+    }
+
+    /// Tells the robot what to do, from the scenario's latency after now.
+    pub fn queue(&mut self, command: Command) {
+        self.queued.push_back((self.now + Span::from_seconds(self.scenario.run.latency_s), command));
+    }
+
+    /// What the robot obeys now.
+    pub fn command(&self) -> Twist {
+        Twist::planar(self.command.forward_mps, self.command.turn_radps)
+    }
+
+    /// The robot's body now.
+    pub fn body(&self) -> &TrunkState {
+        self.gait.state()
+    }
+
+    /// Truth of every return of the last sweep, in its order.
+    pub fn labels(&self) -> &[Label] {
+        &self.labels
+    }
+
+    /// What is true now.
+    pub fn truth(&self) -> Truth {
+        let state = self.gait.state();
+        Truth {
+            stamp: self.now,
+            world_from_base: state.world_from_base,
+            world_from_start: self.world_from_start,
+            twist: Twist {
+                linear_mps: state.world_from_base.rotation.inverse() * state.linear_mps,
+                angular_radps: state.angular_radps,
+            },
+            contacts: self.contacts.clone(),
+        }
+    }
+
+    /// One tick: the robot moves, and what its sensors complete in this tick is returned, sweeps last.
+    pub fn step(&mut self) -> Vec<Observation> {
+        self.now += self.scenario.tick();
+        while let Some((due, command)) = self.queued.front().copied()
+            && due <= self.now
+        {
+            self.command = command;
+            self.queued.pop_front();
+        }
+        let standing = self.now < Time::SIMULATION_START + Span::from_seconds(self.scenario.run.stand_s);
+        let command = if standing { Command::default() } else { self.command };
+        let state = self.gait.advance(&command, &Soil(&self.world.terrain));
+        self.motion.push(state.world_from_base);
+        self.contacts = self.physics.step(state);
+        self.observe()
+    }
+
+    fn observe(&mut self) -> Vec<Observation> {
+        let (now, state) = (self.now, self.gait.state());
+        let due = |period: Span| (now - Time::SIMULATION_START).whole_steps(period).is_some();
+        let mut observations = Vec::new();
+        if let Some(imu) = self.imu.as_mut().filter(|imu| due(imu.period())) {
+            let sample = imu.sample(now, &state.world_from_base, &state.linear_mps, &state.angular_radps);
+            observations.extend(sample.map(Observation::Imu));
+        }
+        if let Some(odometry) = self.odometry.as_mut().filter(|odometry| due(odometry.period())) {
+            observations.extend(odometry.sample(now, &state.world_from_base).map(Observation::Odometry));
+        }
+        if let Some(gnss) = self.gnss.as_ref().filter(|gnss| due(gnss.period())) {
+            observations.push(Observation::Fix(gnss.sample(now, &state.world_from_base)));
+        }
+        if due(self.lidar.period()) {
+            let (sweep, labels) = self.lidar.sweep(now, &self.motion, &self.optics);
+            self.labels = labels;
+            observations.push(Observation::Sweep(sweep));
+        }
+        observations
+    }
+}

@@ -1,0 +1,4 @@
+//! Time per sweep.
+fn main() {
+    divan::main();
+}

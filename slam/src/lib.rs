@@ -1,0 +1,18 @@
+//! The SLAM systems that arborloop ships: `mhd`, `mhd-paper` and the floor `still`.
+//!
+//! A system is given observations and nothing else. Every system answers every sweep with the pose of the base
+//! at the sweep's end, in a map whose origin is the base at the end of the first sweep.
+
+mod catalog;
+mod kbest;
+mod mhd;
+mod paper;
+mod raster;
+mod rig;
+mod still;
+
+pub use catalog::{BuildError, NAMES, build, build_default};
+pub use mhd::settings::MhdSettings;
+pub use paper::settings::MhdPaperSettings;
+pub use rig::Rig;
+pub use still::StillSettings;

@@ -1,0 +1,258 @@
+//! `mhd`: our lidar SLAM for orchards. One method for the sixteen rings of a walking robot and for planar recordings.
+//!
+//! Upright, compact things are seen from above in layers of height; an exhaustive k-best search finds the pose, and
+//! Gauss-Newton on a distance field finer than its cells refines it together with the velocity within the sweep.
+
+mod chart;
+mod compact;
+mod features;
+mod field;
+mod ground;
+mod hits;
+mod layers;
+mod motion;
+mod refine;
+mod search;
+pub(crate) mod settings;
+mod upright;
+
+use crate::rig::Rig;
+use arborloop_base::{Cell, Estimate, Grid, Health, Observation, Slam, Sweep, Time, spatial};
+use chart::Chart;
+use features::View;
+use field::Field;
+use hits::Hits;
+use layers::Slicer;
+use motion::Motion;
+use nalgebra::{Matrix6, Vector3};
+use refine::{Match, Refine};
+use search::{Lattice, Search};
+use settings::MhdSettings;
+
+/// Fewer points than this determine no pose.
+const POINTS_MIN: usize = 8;
+/// The map takes in all of the first sweeps.
+const FIRST_SWEEPS: usize = 5;
+/// A far pose must match better than the near one by this, metres.
+const MARGIN_M: f64 = 0.02;
+/// After so many refused matches in a row the best is believed: the surroundings have changed, not the pose.
+const REFUSALS_MAX: usize = 3;
+/// After so many sweeps in a row without a match the pose must not be used.
+const LOST_AFTER: usize = 10;
+
+/// The system; see the module.
+pub(crate) struct Mhd {
+    settings: MhdSettings,
+    rig: Rig,
+    hits: Hits,
+    is_planar: bool,
+    slicer: Slicer,
+    view: View,
+    chart: Chart,
+    field: Field,
+    search: Search,
+    refine: Refine,
+    motion: Option<Motion>,
+    drawn: Option<Motion>,
+    sweeps_drawn: usize,
+    failures: usize,
+}
+
+impl Mhd {
+    /// A system that has seen nothing; the settings are checked.
+    pub(crate) fn new(settings: MhdSettings, rig: &Rig) -> Self {
+        let chart = Chart::new(settings.cell_m, settings.layers());
+        let field = Field::new(settings.cell_m, settings.distance_m_max, settings.layers());
+        Mhd {
+            settings,
+            rig: *rig,
+            hits: Hits::default(),
+            is_planar: false,
+            slicer: Slicer::default(),
+            view: View::default(),
+            chart,
+            field,
+            search: Search::default(),
+            refine: Refine::default(),
+            motion: None,
+            drawn: None,
+            sweeps_drawn: 0,
+            failures: 0,
+        }
+    }
+
+    fn sweep(&mut self, sweep: &Sweep) -> Estimate {
+        self.look(sweep);
+        let duration_s = (sweep.end - sweep.start).seconds().max(0.0);
+        let middle = sweep.start + (sweep.end - sweep.start) / 2;
+        let stamp = if duration_s > 0.0 { middle } else { sweep.end };
+        let enough = self.view.features.len() >= POINTS_MIN;
+        let Some(before) = self.motion else {
+            let motion = Motion { stamp, pose: Vector3::zeros(), velocity: Vector3::zeros() };
+            self.motion = Some(motion);
+            if enough {
+                self.draw(&motion);
+            }
+            let health = if enough { Health::Tracking } else { Health::Degraded };
+            return answer(sweep.end, &motion, None, health);
+        };
+        let predicted = before.predict(stamp);
+        if !enough || self.sweeps_drawn == 0 {
+            self.failures += 1;
+            self.motion = Some(predicted);
+            if enough {
+                self.draw(&predicted);
+            }
+            let health = if self.failures >= LOST_AFTER { Health::Lost } else { Health::Degraded };
+            return answer(sweep.end, &predicted, None, health);
+        }
+        let found = self.locate(&before, &predicted, duration_s);
+        let failed = found.half_m > self.settings.failed_match_m;
+        self.failures = if failed { self.failures + 1 } else { 0 };
+        if failed && self.failures < REFUSALS_MAX {
+            self.motion = Some(predicted);
+            return answer(sweep.end, &predicted, None, Health::Degraded);
+        }
+        self.motion = Some(found.motion);
+        self.draw_if_due(&found.motion);
+        let health = match self.failures {
+            0 => Health::Tracking,
+            LOST_AFTER.. => Health::Lost,
+            _ => Health::Degraded,
+        };
+        answer(sweep.end, &found.motion, Some(&found), health)
+    }
+
+    /// Fills the view from a sweep.
+    fn look(&mut self, sweep: &Sweep) {
+        self.view.clear();
+        self.hits.read(sweep, &self.rig, self.settings.range_m_min);
+        let lidar_m = self.rig.base_from_lidar.translation.vector;
+        self.is_planar = sweep.rings <= 1;
+        if self.is_planar {
+            compact::view_of(&mut self.hits, lidar_m.xy(), &self.settings, &mut self.view);
+        } else {
+            self.slicer.view_of(&self.hits, sweep.rings, lidar_m, &self.settings, &mut self.view);
+        }
+    }
+
+    /// The best match around the prediction, or anywhere near it when that is poor or the pause was long.
+    fn locate(&mut self, before: &Motion, predicted: &Motion, duration_s: f64) -> Match {
+        let elapsed_s = (predicted.stamp - before.stamp).seconds();
+        let near = Lattice {
+            reach_m: (0.2 + 0.5 * elapsed_s).min(0.7),
+            reach_rad: (0.05 + 0.4 * elapsed_s).min(0.45),
+            step_m: (0.07 + 0.1 * elapsed_s).min(0.2),
+            step_rad: (0.02 + 0.02 * elapsed_s).min(0.05),
+            prior_m: 0.02,
+        };
+        let mut best = self.best_of(before, predicted, &near, duration_s, 3);
+        if best.cost_m > self.settings.poor_match_m || elapsed_s > self.settings.pause_s {
+            let wide = Lattice {
+                reach_m: 1.0,
+                reach_rad: std::f64::consts::PI,
+                step_m: 0.2,
+                step_rad: 0.05,
+                prior_m: 0.0,
+            };
+            let other = self.best_of(before, predicted, &wide, duration_s, 6);
+            // A false turn spoils all that follows: a far pose must be clearly better than the near one.
+            if other.cost_m < best.cost_m - MARGIN_M {
+                best = other;
+            }
+        }
+        if duration_s <= 0.0 && elapsed_s > 0.0 {
+            best.motion.velocity = (best.motion.pose - before.pose) / elapsed_s;
+            // A turn between two scans says little of the turn to the next.
+            best.motion.velocity.z *= 0.5;
+        }
+        best
+    }
+
+    fn best_of(
+        &mut self,
+        before: &Motion,
+        predicted: &Motion,
+        lattice: &Lattice,
+        duration_s: f64,
+        wanted: usize,
+    ) -> Match {
+        let (features, keep) = (&self.view.features, self.settings.keep_ratio);
+        let hypotheses = self.search.run(&self.field, features, predicted, lattice, keep, wanted);
+        let mut best = self.refine.run(&self.field, features, *predicted, before, duration_s, keep);
+        for hypothesis in hypotheses {
+            let start = Motion { pose: hypothesis.pose, ..*predicted };
+            let found = self.refine.run(&self.field, features, start, before, duration_s, keep);
+            if found.cost_m < best.cost_m {
+                best = found;
+            }
+        }
+        best
+    }
+
+    fn draw_if_due(&mut self, motion: &Motion) {
+        let due = match &self.drawn {
+            None => true,
+            Some(drawn) => {
+                let way = motion.pose - drawn.pose;
+                way.xy().norm() >= self.settings.key_step_m || way.z.abs() >= self.settings.key_turn_rad
+            }
+        };
+        if due || self.sweeps_drawn < FIRST_SWEEPS {
+            self.draw(motion);
+        }
+    }
+
+    fn draw(&mut self, motion: &Motion) {
+        let lidar_m = self.rig.base_from_lidar.translation.vector;
+        if self.is_planar {
+            compact::clear(&self.hits, lidar_m.xy(), &self.settings, &mut self.view);
+        } else {
+            self.slicer.clear(&self.hits, &self.settings, &mut self.view);
+        }
+        self.chart.draw(motion, &self.view.features, &self.view.clearings);
+        self.field.follow(&mut self.chart);
+        self.drawn = Some(*motion);
+        self.sweeps_drawn += 1;
+    }
+}
+
+impl Slam for Mhd {
+    fn observe(&mut self, observation: &Observation) -> Option<Estimate> {
+        match observation {
+            Observation::Sweep(sweep) => Some(self.sweep(sweep)),
+            _ => None,
+        }
+    }
+
+    fn map(&self) -> Option<Grid<Cell>> {
+        let [low, high] = self.settings.map_height_m;
+        let edges = &self.settings.layer_edges_m;
+        let from = edges.partition_point(|edge| *edge < low - 1e-9).min(self.settings.layers() - 1);
+        let to = edges.partition_point(|edge| *edge < high - 1e-9).clamp(from + 1, self.settings.layers());
+        self.chart.drawing(from, to)
+    }
+}
+
+/// The estimate at the sweep's end: half a sweep after the instant of the pose.
+fn answer(end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
+    let pose = motion.after((end - motion.stamp).seconds());
+    Estimate { stamp: end, map_from_base: spatial(&pose), covariance: found.and_then(covariance), health }
+}
+
+fn covariance(found: &Match) -> Option<Matrix6<f64>> {
+    // Neighboring points share their errors: about four of them make one independent measurement.
+    let noise_m2 = 4.0 * found.square_m2.max(1e-4);
+    let planar = found.information.try_inverse()? * noise_m2;
+    let mut all = Matrix6::zeros();
+    for (row, i) in [0, 1, 5].into_iter().enumerate() {
+        for (column, j) in [0, 1, 5].into_iter().enumerate() {
+            all[(i, j)] = planar[(row, column)];
+        }
+    }
+    // Height, roll and pitch are taken as those of the first sweep.
+    all[(2, 2)] = 0.05_f64.powi(2);
+    all[(3, 3)] = 3.0_f64.to_radians().powi(2);
+    all[(4, 4)] = 3.0_f64.to_radians().powi(2);
+    all.iter().all(|n| n.is_finite()).then_some(all)
+}

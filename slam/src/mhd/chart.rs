@@ -1,0 +1,193 @@
+//! The map: one raster per layer whose cells hold the mean of the points that fell into them, and never forget a
+//! place for its age. The return to an old place re-locks on it: at the size of an orchard block that is the loop closure.
+
+use super::features::{Clearing, Feature};
+use super::motion::Motion;
+use crate::raster::{CellIndex, Raster};
+use arborloop_base::{Cell, Grid};
+use nalgebra::{Point2, Vector2};
+
+/// Evidence that one point adds to its cell, and its limit.
+const HIT: f32 = 1.0;
+const HIT_MAX: f32 = 12.0;
+
+/// Evidence that one empty crossing takes away.
+const MISS: f32 = 0.25;
+/// A cell counts as occupied from this evidence on.
+const OCCUPIED: f32 = 0.5;
+
+/// The distance field follows a mean that has moved by more than this, metres.
+const MOVED_M: f32 = 0.002;
+
+/// One cell of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Spot {
+    /// Mean of its points from the cell's center, metres.
+    mean: (f32, f32),
+    /// The mean that the distance field knows.
+    shown: (f32, f32),
+    /// Whether the distance field knows it.
+    is_shown: bool,
+    /// Number of points in the mean.
+    count: u16,
+    /// The key frame that it last learned from; 0 if none.
+    frame: u32,
+    /// Evidence that it is occupied.
+    evidence: f32,
+}
+
+/// The map of `mhd`.
+#[derive(Debug, Clone)]
+pub(crate) struct Chart {
+    cell_m: f64,
+    layers: Vec<Raster<Spot>>,
+    changes: Vec<(usize, CellIndex)>,
+    frame: u32,
+}
+
+impl Chart {
+    /// An empty map.
+    pub(crate) fn new(cell_m: f64, layers: usize) -> Self {
+        Chart {
+            cell_m,
+            layers: vec![Raster::new(cell_m, 8.0, Spot::default()); layers],
+            changes: Vec::new(),
+            frame: 0,
+        }
+    }
+
+    /// Draws a key frame: first what was met, then what was seen empty. A cell learns once per key frame, and a point
+    /// outweighs the beams beside it: else the near faces of trunks are worn away, the map recedes from the robot and
+    /// every way comes out too long.
+    pub(crate) fn draw(&mut self, motion: &Motion, features: &[Feature], clearings: &[Clearing]) {
+        self.frame += 1;
+        for feature in features {
+            let at = motion.place(&feature.at, feature.after_s);
+            let layer = &mut self.layers[feature.layer];
+            let cell = layer.cell_of(at.x, at.y);
+            layer.cover(cell, cell);
+            let Some(spot) = layer.get_mut(cell) else { continue };
+            if spot.frame != self.frame {
+                spot.frame = self.frame;
+                spot.evidence = (spot.evidence + HIT).min(HIT_MAX);
+            }
+            spot.count = spot.count.saturating_add(1);
+            let share = 1.0 / f32::from(spot.count);
+            let from_center =
+                |along_m: f64, cell: i32| (along_m - (f64::from(cell) + 0.5) * self.cell_m) as f32;
+            spot.mean.0 += (from_center(at.x, cell.0) - spot.mean.0) * share;
+            spot.mean.1 += (from_center(at.y, cell.1) - spot.mean.1) * share;
+            let moved_m = (spot.mean.0 - spot.shown.0).hypot(spot.mean.1 - spot.shown.1);
+            if spot.evidence >= OCCUPIED && (!spot.is_shown || moved_m > MOVED_M) {
+                (spot.is_shown, spot.shown) = (true, spot.mean);
+                self.changes.push((feature.layer, cell));
+            }
+        }
+        for clearing in clearings {
+            let (from, to) = (
+                motion.place(&clearing.from, clearing.after_s),
+                motion.place(&clearing.to, clearing.after_s),
+            );
+            let layer = &mut self.layers[clearing.layer];
+            layer.cover(lower(layer, &from, &to), upper(layer, &from, &to));
+            cross(&from, &to, self.cell_m, |cell| {
+                if let Some(spot) = layer.get_mut(cell).filter(|spot| spot.frame != self.frame) {
+                    spot.frame = self.frame;
+                    spot.evidence = (spot.evidence - MISS).max(0.0);
+                    if spot.evidence < OCCUPIED {
+                        spot.count = 0;
+                        if std::mem::take(&mut spot.is_shown) {
+                            self.changes.push((clearing.layer, cell));
+                        }
+                    }
+                }
+            });
+        }
+    }
+
+    /// The cells (with their layer) whose shown point came, moved or went since the last call.
+    pub(crate) fn take_changes(&mut self) -> Vec<(usize, CellIndex)> {
+        std::mem::take(&mut self.changes)
+    }
+
+    /// Calls `visit` with the shown point of every occupied cell of a layer from `low` to `high`, both included.
+    pub(crate) fn points(
+        &self,
+        layer: usize,
+        low: CellIndex,
+        high: CellIndex,
+        mut visit: impl FnMut(f64, f64),
+    ) {
+        for row in low.1..=high.1 {
+            let (first, spots) = self.layers[layer].row(row, low.0, high.0 + 1);
+            for (column, spot) in (first..).zip(spots).filter(|(_, spot)| spot.is_shown) {
+                let center = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
+                visit(center(column) + f64::from(spot.shown.0), center(row) + f64::from(spot.shown.1));
+            }
+        }
+    }
+
+    /// The layers `from..to` as one drawing: occupied where any is, else free where any was seen.
+    pub(crate) fn drawing(&self, from: usize, to: usize) -> Option<Grid<Cell>> {
+        let layers = || self.layers[from..to].iter().filter(|layer| layer.size().0 > 0);
+        let first_column = layers().map(|layer| layer.first().0).min()?;
+        let first_row = layers().map(|layer| layer.first().1).min()?;
+        let end_column = layers().map(|layer| layer.first().0 + layer.size().0).max()?;
+        let end_row = layers().map(|layer| layer.first().1 + layer.size().1).max()?;
+        let origin = Point2::new(f64::from(first_column) * self.cell_m, f64::from(first_row) * self.cell_m);
+        let (columns, rows) = ((end_column - first_column) as usize, (end_row - first_row) as usize);
+        let mut grid = Grid::filled(origin, self.cell_m, columns, rows, Cell::Unknown);
+        for layer in layers() {
+            for (index, drawn) in grid.cells_mut().iter_mut().enumerate() {
+                let cell = (first_column + (index % columns) as i32, first_row + (index / columns) as i32);
+                let spot = layer.get(cell);
+                if spot.evidence >= OCCUPIED {
+                    *drawn = Cell::Occupied;
+                } else if spot.frame > 0 && *drawn == Cell::Unknown {
+                    *drawn = Cell::Free;
+                }
+            }
+        }
+        Some(grid)
+    }
+}
+
+fn lower(layer: &Raster<Spot>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex {
+    layer.cell_of(a.x.min(b.x), a.y.min(b.y))
+}
+
+fn upper(layer: &Raster<Spot>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex {
+    layer.cell_of(a.x.max(b.x), a.y.max(b.y))
+}
+
+/// Visits every cell that the stretch from `a` to `b` crosses (Amanatides and Woo 1987).
+fn cross(a: &Vector2<f64>, b: &Vector2<f64>, cell_m: f64, mut visit: impl FnMut(CellIndex)) {
+    let (start, end) = (a / cell_m, b / cell_m);
+    let along = end - start;
+    let mut cell = (start.x.floor() as i32, start.y.floor() as i32);
+    let last = (end.x.floor() as i32, end.y.floor() as i32);
+    let axis = |from: f64, along: f64| {
+        let step = if along > 0.0 { 1 } else { -1 };
+        let border = if along > 0.0 { from.floor() + 1.0 } else { from.floor() };
+        let (first, every) = if along == 0.0 {
+            (f64::INFINITY, f64::INFINITY)
+        } else {
+            ((border - from) / along, 1.0 / along.abs())
+        };
+        (step, first, every)
+    };
+    let (step_x, mut next_x, every_x) = axis(start.x, along.x);
+    let (step_y, mut next_y, every_y) = axis(start.y, along.y);
+    let crossings = (last.0 - cell.0).abs() + (last.1 - cell.1).abs();
+    visit(cell);
+    for _ in 0..crossings {
+        if next_x < next_y {
+            cell.0 += step_x;
+            next_x += every_x;
+        } else {
+            cell.1 += step_y;
+            next_y += every_y;
+        }
+        visit(cell);
+    }
+}

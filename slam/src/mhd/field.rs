@@ -1,0 +1,213 @@
+//! The distance field: how far every place is from the nearest point of the map.
+//!
+//! Every cell center knows the mean point, inside any cell of the map, that is nearest to it, so the field is finer than
+//! its raster. Distances are capped. The field lies in tiles where the map has points, and a key frame costs only the
+//! tiles near what it changed.
+
+use super::chart::Chart;
+use crate::raster::{CellIndex, Raster};
+use std::collections::BTreeSet;
+
+/// Levels of the coarse copy that the search reads: one byte per cell keeps it in the cache.
+pub(crate) const COARSE_LEVELS: usize = 64;
+
+/// Cells along the side of a tile.
+const SIDE: usize = 16;
+/// Cell centers along the side of a tile: one more, so that no interpolation needs two tiles.
+const NODES: usize = SIDE + 1;
+const NO_TILE: u32 = u32::MAX;
+/// Standard deviation of a lidar's range, metres (VLP-16: 2 to 3 cm).
+const NOISE_M: f64 = 0.02;
+/// Stands for no point within the cap.
+const NOWHERE: (f32, f32) = (1e6, 1e6);
+
+/// Distances in one tile.
+#[derive(Debug, Clone)]
+struct Tile {
+    /// Nearest point of every cell center, metres from the tile's first cell center; far away for none.
+    nearest: [(f32, f32); NODES * NODES],
+    coarse: [u8; SIDE * SIDE],
+}
+
+/// The tiles of one layer.
+#[derive(Debug, Clone)]
+struct Sheet {
+    index: Raster<u32>,
+    tiles: Vec<Tile>,
+}
+
+/// Capped distance to the map, per layer.
+#[derive(Debug, Clone)]
+pub(crate) struct Field {
+    cell_m: f64,
+    cap_m: f64,
+    sheets: Vec<Sheet>,
+    dirty: BTreeSet<(usize, CellIndex)>,
+}
+
+/// Distance and its gradient at one place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Slope {
+    /// Distance to the map, metres.
+    pub(crate) distance_m: f64,
+    /// Derivatives along x and y.
+    pub(crate) along: (f64, f64),
+}
+
+impl Field {
+    /// The field of an empty map.
+    pub(crate) fn new(cell_m: f64, cap_m: f64, layers: usize) -> Self {
+        let index = Raster::new(cell_m * SIDE as f64, 8.0, NO_TILE);
+        Field {
+            cell_m,
+            cap_m,
+            sheets: vec![Sheet { index, tiles: Vec::new() }; layers],
+            dirty: BTreeSet::new(),
+        }
+    }
+
+    /// Largest distance that the field tells, metres.
+    pub(crate) fn cap_m(&self) -> f64 {
+        self.cap_m
+    }
+
+    /// Side of a cell, metres.
+    pub(crate) fn cell_m(&self) -> f64 {
+        self.cell_m
+    }
+
+    /// Follows the changes of the map since the last call.
+    pub(crate) fn follow(&mut self, chart: &mut Chart) {
+        let reach = self.reach();
+        for (layer, (column, row)) in chart.take_changes() {
+            // The node beyond a tile's last cell belongs to it too, hence one more to the lower side.
+            for j in tile_of(row - reach - 1)..=tile_of(row + reach) {
+                for i in tile_of(column - reach - 1)..=tile_of(column + reach) {
+                    self.dirty.insert((layer, (i, j)));
+                }
+            }
+        }
+        let (cell_m, cap_m) = (self.cell_m, self.cap_m);
+        while let Some((layer, place)) = self.dirty.pop_first() {
+            let sheet = &mut self.sheets[layer];
+            sheet.index.cover(place, place);
+            let Some(slot) = sheet.index.get_mut(place) else { continue };
+            if *slot == NO_TILE {
+                *slot = sheet.tiles.len() as u32;
+                sheet.tiles.push(Tile { nearest: [NOWHERE; NODES * NODES], coarse: [0; SIDE * SIDE] });
+            }
+            sheet.tiles[*slot as usize].measure(chart, layer, place, reach, cell_m as f32, cap_m as f32);
+        }
+    }
+
+    /// Cells that a point's distance reaches over.
+    fn reach(&self) -> i32 {
+        (self.cap_m / self.cell_m).ceil() as i32 + 1
+    }
+
+    /// Smoothed distance r to the map and its gradient; capped and flat far from the map.
+    ///
+    /// The nearest point is the bilinear mean of those nearest to the four cell centers around. Beside a lone point
+    /// that is the point itself, so that the distance is smallest there (interpolated distances are smallest at
+    /// cell centers and draw every match to them); along a row of points it slides with the place, so that the raster
+    /// holds nothing back. Then r = sqrt(d^2 + noise^2): within the noise of a range the direction of the nearest point
+    /// is chance and must not pull.
+    pub(crate) fn slope(&self, layer: usize, x_m: f64, y_m: f64) -> Slope {
+        let (x, y) = (x_m / self.cell_m - 0.5, y_m / self.cell_m - 0.5);
+        let cell = (x.floor() as i32, y.floor() as i32);
+        let none = Slope { distance_m: self.cap_m, along: (0.0, 0.0) };
+        let Some((tile, (i, j))) = self.sheets[layer].find(cell) else { return none };
+        let (u, v) = ((x - f64::from(cell.0)) as f32, (y - f64::from(cell.1)) as f32);
+        let shares = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+        let start = j * NODES + i;
+        let nodes = [start, start + 1, start + NODES, start + NODES + 1];
+        let (mut total, mut mean) = (0.0, (0.0, 0.0));
+        for (node, share) in nodes.into_iter().zip(shares) {
+            let nearest = tile.nearest[node];
+            if nearest != NOWHERE {
+                total += share;
+                mean = (mean.0 + share * nearest.0, mean.1 + share * nearest.1);
+            }
+        }
+        if total <= 0.0 {
+            return none;
+        }
+        // From the tile's first cell center, as the nearest points are.
+        let from = |along: f32, inside: usize, sum: f32| {
+            (f64::from(along) + inside as f64) * self.cell_m - f64::from(sum / total)
+        };
+        let (dx, dy) = (from(u, i, mean.0), from(v, j, mean.1));
+        let distance_m = (dx * dx + dy * dy + NOISE_M * NOISE_M).sqrt();
+        if distance_m >= self.cap_m {
+            return none;
+        }
+        Slope { distance_m, along: (dx / distance_m, dy / distance_m) }
+    }
+
+    /// The cell of a place.
+    pub(crate) fn cell_of(&self, x_m: f64, y_m: f64) -> CellIndex {
+        ((x_m / self.cell_m).floor() as i32, (y_m / self.cell_m).floor() as i32)
+    }
+
+    /// Level of the coarse copy in a cell: `COARSE_LEVELS` of them make the cap.
+    pub(crate) fn coarse(&self, layer: usize, cell: CellIndex) -> u8 {
+        match self.sheets[layer].find(cell) {
+            Some((tile, (i, j))) => tile.coarse[j * SIDE + i],
+            None => (COARSE_LEVELS - 1) as u8,
+        }
+    }
+}
+
+impl Sheet {
+    /// The tile of a cell and the cell's place in it.
+    fn find(&self, (column, row): CellIndex) -> Option<(&Tile, (usize, usize))> {
+        let slot = self.index.get((tile_of(column), tile_of(row)));
+        let inside = |n: i32| n.rem_euclid(SIDE as i32) as usize;
+        (slot != NO_TILE).then(|| (&self.tiles[slot as usize], (inside(column), inside(row))))
+    }
+}
+
+impl Tile {
+    fn measure(
+        &mut self,
+        chart: &Chart,
+        layer: usize,
+        place: CellIndex,
+        reach: i32,
+        cell_m: f32,
+        cap_m: f32,
+    ) {
+        let low = (place.0 * SIDE as i32, place.1 * SIDE as i32);
+        let far = reach + SIDE as i32;
+        let mut squares = [cap_m * cap_m; NODES * NODES];
+        self.nearest.fill(NOWHERE);
+        // From the tile's first cell center: f32 is exact enough there, anywhere on the map.
+        let corner =
+            ((f64::from(low.0) + 0.5) * f64::from(cell_m), (f64::from(low.1) + 0.5) * f64::from(cell_m));
+        chart.points(layer, (low.0 - reach, low.1 - reach), (low.0 + far, low.1 + far), |x_m, y_m| {
+            let (x, y) = ((x_m - corner.0) as f32, (y_m - corner.1) as f32);
+            let rows = squares.chunks_exact_mut(NODES).zip(self.nearest.chunks_exact_mut(NODES));
+            for (j, (line, nearest)) in rows.enumerate() {
+                let dy = j as f32 * cell_m - y;
+                if dy.abs() < cap_m {
+                    for (i, (square, nearest)) in line.iter_mut().zip(nearest).enumerate() {
+                        let dx = i as f32 * cell_m - x;
+                        let found = dx * dx + dy * dy;
+                        if found < *square {
+                            (*square, *nearest) = (found, (x, y));
+                        }
+                    }
+                }
+            }
+        });
+        let scale = COARSE_LEVELS as f32 / cap_m;
+        for (index, level) in self.coarse.iter_mut().enumerate() {
+            let distance_m = squares[index / SIDE * NODES + index % SIDE].sqrt();
+            *level = (distance_m * scale).min((COARSE_LEVELS - 1) as f32) as u8;
+        }
+    }
+}
+
+fn tile_of(cell: i32) -> i32 {
+    cell.div_euclid(SIDE as i32)
+}

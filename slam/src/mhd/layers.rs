@@ -1,0 +1,205 @@
+//! Front end for a sweep of many rings: upright returns by height above ground, seen from above.
+
+use super::compact::{CLEARING_M_MAX, SHORT_M};
+use super::features::{Clearing, Feature, View};
+use super::ground::Ground;
+use super::hits::{Hit, Hits};
+use super::settings::MhdSettings;
+use super::upright::RingImage;
+use nalgebra::{Rotation3, Vector2, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// Returns of a bin that lie this much behind its nearest are still the same thing, metres.
+const SAME_THING_M: f64 = 0.2;
+/// Bearing bins of the clearings.
+const CLEARING_BINS: usize = 360;
+/// Every n-th beam is enough for clearings; no divisor of usual ring counts, so that every ring takes its turn.
+const BEAM_STRIDE: usize = 5;
+
+/// The mean of the nearest returns in one bin.
+#[derive(Debug, Clone, Copy)]
+struct Bin {
+    nearest_m: f64,
+    sum: Vector2<f64>,
+    after_s: f64,
+    count: f64,
+}
+
+const EMPTY: Bin = Bin { nearest_m: f64::INFINITY, sum: Vector2::new(0.0, 0.0), after_s: 0.0, count: 0.0 };
+
+/// Slices sweeps into layers; remembers the ground.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Slicer {
+    image: RingImage,
+    bins: Vec<Bin>,
+    upright: Vec<(usize, f64, Feature)>,
+    ground: Option<Ground>,
+    stance: Stance,
+}
+
+/// How a sweep stands on its ground.
+#[derive(Debug, Clone, Default)]
+struct Stance {
+    flat_from_base: Rotation3<f64>,
+    lidar_height_m: f64,
+    lidar_m: Vector3<f64>,
+}
+
+impl Slicer {
+    /// Fills `view` from the beams of many rings; `lidar_m` is the lidar in the base frame.
+    pub(crate) fn view_of(
+        &mut self,
+        hits: &Hits,
+        rings: u16,
+        lidar_m: Vector3<f64>,
+        settings: &MhdSettings,
+        view: &mut View,
+    ) {
+        self.image.fill(&hits.met, rings);
+        // A sweep without ground (held over a ditch, all grass) keeps the ground of the one before.
+        self.ground =
+            Ground::fit(&hits.met, self.ground).or_else(|| Ground::fit(&hits.met, None)).or(self.ground);
+        let stance = Stance {
+            flat_from_base: self.ground.map_or_else(Rotation3::identity, |g| g.level_from_base()),
+            // Without any ground ever, heights count from a hand's breadth below the beams' horizon.
+            lidar_height_m: self.ground.map_or(0.5, |g| g.lidar_height_m()),
+            lidar_m,
+        };
+        self.stance = stance;
+        self.gather(&hits.met, settings);
+        self.thin(settings, view);
+    }
+
+    /// Adds what the beams of the sweep that was viewed last crossed without meeting anything.
+    pub(crate) fn clear(&self, hits: &Hits, settings: &MhdSettings, view: &mut View) {
+        clearings(hits, &self.stance, &self.bins, settings, view);
+    }
+
+    /// Finds the upright returns, their layer and bin, and the nearest of every bin.
+    fn gather(&mut self, met: &[Hit], settings: &MhdSettings) {
+        let stance = &self.stance;
+        let edges = &settings.layer_edges_m;
+        let bins = bins_of(settings.bin_rad);
+        self.bins.clear();
+        self.bins.resize(bins * settings.layers(), EMPTY);
+        self.upright.clear();
+        for hit in met.iter().filter(|hit| hit.level_m <= settings.range_m_max) {
+            let level = stance.flat_from_base * hit.at;
+            let height_m = level.z + stance.lidar_height_m;
+            let above = edges.partition_point(|edge| *edge <= height_m);
+            if above == 0 || above == edges.len() || !self.image.is_upright(met, hit) {
+                continue;
+            }
+            let layer = above - 1;
+            let bin = layer * bins + bin_of(level.y.atan2(level.x), bins);
+            let level_m = level.xy().norm();
+            self.bins[bin].nearest_m = self.bins[bin].nearest_m.min(level_m);
+            let at = (level + stance.flat_from_base * stance.lidar_m).xy();
+            self.upright.push((bin, level_m, Feature { at, after_s: hit.after_s, layer }));
+        }
+    }
+
+    /// One feature per bin (the mean of its nearest returns), then one per cell of the map's size.
+    fn thin(&mut self, settings: &MhdSettings, view: &mut View) {
+        for (bin, level_m, feature) in &self.upright {
+            let bin = &mut self.bins[*bin];
+            if *level_m < bin.nearest_m + SAME_THING_M {
+                bin.sum += feature.at;
+                bin.after_s += feature.after_s;
+                bin.count += 1.0;
+            }
+        }
+        let per_layer = bins_of(settings.bin_rad);
+        for (layer, bins) in self.bins.chunks_exact(per_layer).enumerate() {
+            // Neighboring bins that fall into one voxel merge: near things would outvote far ones.
+            let mut open: Option<((i64, i64), Bin)> = None;
+            for bin in bins.iter().filter(|bin| bin.count > 0.0) {
+                let mean = bin.sum / bin.count;
+                let voxel =
+                    ((mean.x / settings.cell_m).floor() as i64, (mean.y / settings.cell_m).floor() as i64);
+                match &mut open {
+                    Some((place, merged)) if *place == voxel => {
+                        merged.sum += bin.sum;
+                        merged.after_s += bin.after_s;
+                        merged.count += bin.count;
+                    }
+                    _ => {
+                        if let Some((_, merged)) = open.replace((voxel, *bin)) {
+                            view.features.push(feature_of(&merged, layer));
+                        }
+                    }
+                }
+            }
+            if let Some((_, merged)) = open {
+                view.features.push(feature_of(&merged, layer));
+            }
+        }
+    }
+}
+
+fn feature_of(bin: &Bin, layer: usize) -> Feature {
+    Feature { at: bin.sum / bin.count, after_s: bin.after_s / bin.count, layer }
+}
+
+fn bins_of(bin_rad: f64) -> usize {
+    (TAU / bin_rad).round().max(1.0) as usize
+}
+
+fn bin_of(bearing_rad: f64, bins: usize) -> usize {
+    (((bearing_rad + PI) / TAU * bins as f64) as usize).min(bins - 1)
+}
+
+/// Per bearing and layer the stretch that beams crossed at the layer's heights, up to the nearest upright thing.
+fn clearings(hits: &Hits, stance: &Stance, bins: &[Bin], settings: &MhdSettings, view: &mut View) {
+    let edges = &settings.layer_edges_m;
+    let nothing = (f64::INFINITY, 0.0_f64, 0.0_f64);
+    let mut stretches = vec![nothing; CLEARING_BINS * settings.layers()];
+    let beams =
+        hits.met.iter().map(|hit| (hit, hit.level_m)).chain(hits.missed.iter().map(|hit| (hit, f64::MAX)));
+    for (hit, reach_m) in beams.step_by(BEAM_STRIDE) {
+        let level = stance.flat_from_base * hit.at;
+        let level_m = level.xy().norm();
+        if level_m <= 0.0 {
+            continue;
+        }
+        let rise = level.z / level_m;
+        let bearing = bin_of(level.y.atan2(level.x), CLEARING_BINS);
+        let reach_m = (reach_m - SHORT_M).min(CLEARING_M_MAX);
+        for layer in 0..settings.layers() {
+            // Where the beam enters and leaves the layer: height = lidar height + rise * distance.
+            let (low, high) =
+                (edges[layer] - stance.lidar_height_m, edges[layer + 1] - stance.lidar_height_m);
+            let (a, b) = if rise.abs() < 1e-6 {
+                if low <= 0.0 && high >= 0.0 { (0.0, f64::MAX) } else { continue }
+            } else {
+                ((low / rise).min(high / rise), (low / rise).max(high / rise))
+            };
+            let (from, to) = (a.max(0.0), b.min(reach_m));
+            if from < to {
+                let stretch = &mut stretches[layer * CLEARING_BINS + bearing];
+                *stretch = (stretch.0.min(from), stretch.1.max(to), hit.after_s);
+            }
+        }
+    }
+    let per_layer = bins_of(settings.bin_rad);
+    let origin = (stance.flat_from_base * stance.lidar_m).xy();
+    for (index, (from_m, to_m, after_s)) in stretches.into_iter().enumerate() {
+        let (layer, bearing) = (index / CLEARING_BINS, index % CLEARING_BINS);
+        let center_rad = (bearing as f64 + 0.5) / CLEARING_BINS as f64 * TAU - PI;
+        let half = TAU / CLEARING_BINS as f64 / 2.0;
+        let (first, last) = (bin_of(center_rad - half, per_layer), bin_of(center_rad + half, per_layer));
+        let nearest_m = (first..=last.max(first))
+            .map(|bin| bins[layer * per_layer + bin].nearest_m)
+            .fold(f64::INFINITY, f64::min);
+        let to_m = to_m.min(nearest_m - SHORT_M);
+        if from_m < to_m {
+            let along = Vector2::new(center_rad.cos(), center_rad.sin());
+            view.clearings.push(Clearing {
+                from: origin + along * from_m,
+                to: origin + along * to_m,
+                after_s,
+                layer,
+            });
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! The exhaustive search: all poses of a lattice around the prediction, by the k-best mean of the coarse distances.
+
+use super::features::Feature;
+use super::field::{COARSE_LEVELS, Field};
+use super::motion::Motion;
+use crate::kbest::kept_of;
+use crate::raster::CellIndex;
+use nalgebra::Vector3;
+use std::f64::consts::PI;
+
+/// So many points are enough to rank the poses of a lattice.
+const POINTS_MAX: usize = 120;
+/// Hypotheses nearer to each other than this are one, metres and radians.
+const DISTINCT_M: f64 = 0.25;
+const DISTINCT_RAD: f64 = 0.12;
+
+/// How far and how finely to search around the prediction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Lattice {
+    /// Half the side of the square of positions, metres.
+    pub(crate) reach_m: f64,
+    /// Half the interval of headings, radians; from pi on, the full circle.
+    pub(crate) reach_rad: f64,
+    /// Distance between neighboring positions, metres; rounded to whole cells.
+    pub(crate) step_m: f64,
+    /// Difference between neighboring headings, radians.
+    pub(crate) step_rad: f64,
+    /// What the far corner of the lattice must be better by than its center, metres.
+    pub(crate) prior_m: f64,
+}
+
+/// A pose worth refining.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Hypothesis {
+    /// x, y, heading; map frame.
+    pub(crate) pose: Vector3<f64>,
+    /// k-best mean of the coarse distances, with the prior, metres.
+    pub(crate) cost_m: f64,
+}
+
+/// Searches lattices; keeps its memory.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Search {
+    cells: Vec<(usize, CellIndex)>,
+    scored: Vec<Hypothesis>,
+}
+
+impl Search {
+    /// The `wanted` best distinct poses of the lattice, best first. The prediction itself is always on the lattice.
+    pub(crate) fn run(
+        &mut self,
+        field: &Field,
+        features: &[Feature],
+        predicted: &Motion,
+        lattice: &Lattice,
+        keep_ratio: f64,
+        wanted: usize,
+    ) -> Vec<Hypothesis> {
+        let stride = features.len().div_ceil(POINTS_MAX).max(1);
+        let step = ((lattice.step_m / field.cell_m()).round() as i32).max(1);
+        let steps = (lattice.reach_m / (f64::from(step) * field.cell_m())).ceil() as i32;
+        let full = lattice.reach_rad >= PI;
+        let turns = (lattice.reach_rad.min(PI) / lattice.step_rad).ceil() as i32;
+        // On the full circle the first and the last heading are the same.
+        let (first, last) = if full { (-turns + 1, turns) } else { (-turns, turns) };
+        let step_rad = if full { PI / f64::from(turns) } else { lattice.step_rad };
+        self.scored.clear();
+        for turn in first..=last {
+            let turn_rad = f64::from(turn) * step_rad;
+            let mut turned = *predicted;
+            turned.pose.z += turn_rad;
+            self.cells.clear();
+            self.cells.extend(features.iter().step_by(stride).map(|feature| {
+                let at = turned.place(&feature.at, feature.after_s);
+                (feature.layer, field.cell_of(at.x, at.y))
+            }));
+            let Some(kept) = kept_of(self.cells.len(), keep_ratio) else { return Vec::new() };
+            for j in -steps..=steps {
+                for i in -steps..=steps {
+                    let mean = self.coarse_mean(field, (i * step, j * step), kept);
+                    let shift = |n: i32| f64::from(n * step) * field.cell_m();
+                    let off = (shift(i).powi(2) + shift(j).powi(2)) / lattice.reach_m.powi(2)
+                        + (turn_rad / lattice.reach_rad).powi(2);
+                    let pose = turned.pose + Vector3::new(shift(i), shift(j), 0.0);
+                    let cost_m = mean * field.cap_m() / COARSE_LEVELS as f64 + lattice.prior_m * off;
+                    self.scored.push(Hypothesis { pose, cost_m });
+                }
+            }
+        }
+        self.distinct(wanted)
+    }
+
+    /// Mean of the `kept` smallest levels with all points shifted by whole cells.
+    fn coarse_mean(&self, field: &Field, shift: CellIndex, kept: usize) -> f64 {
+        let mut counts = [0_u16; COARSE_LEVELS];
+        for (layer, (column, row)) in &self.cells {
+            counts[usize::from(field.coarse(*layer, (column + shift.0, row + shift.1)))] += 1;
+        }
+        let (mut left, mut sum) = (kept, 0);
+        for (level, count) in counts.iter().enumerate() {
+            let taken = left.min(usize::from(*count));
+            sum += taken * (2 * level + 1);
+            left -= taken;
+            if left == 0 {
+                break;
+            }
+        }
+        sum as f64 / (2 * kept) as f64
+    }
+
+    fn distinct(&mut self, wanted: usize) -> Vec<Hypothesis> {
+        let mut chosen: Vec<Hypothesis> = Vec::with_capacity(wanted);
+        while chosen.len() < wanted {
+            let far = |one: &&Hypothesis| {
+                chosen.iter().all(|other| {
+                    let apart = one.pose - other.pose;
+                    apart.xy().norm() > DISTINCT_M || arborloop_base::wrap_angle(apart.z).abs() > DISTINCT_RAD
+                })
+            };
+            let best = self.scored.iter().filter(far).min_by(|a, b| a.cost_m.total_cmp(&b.cost_m));
+            let Some(best) = best.copied() else { break };
+            chosen.push(best);
+        }
+        chosen
+    }
+}

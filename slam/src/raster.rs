@@ -1,0 +1,119 @@
+//! A raster that grows where something is written: cells are named by signed numbers from the map's origin.
+
+/// A cell (column, row); it covers `cell_m * [column, column + 1) x [row, row + 1)`.
+pub(crate) type CellIndex = (i32, i32);
+
+/// Growing raster aligned with the map's axes.
+#[derive(Debug, Clone)]
+pub(crate) struct Raster<T> {
+    cell_m: f64,
+    margin: i32,
+    first: CellIndex,
+    columns: i32,
+    rows: i32,
+    cells: Vec<T>,
+    blank: T,
+}
+
+impl<T: Copy> Raster<T> {
+    /// An empty raster; it grows by `margin_m` more than it must, so that it grows seldom.
+    pub(crate) fn new(cell_m: f64, margin_m: f64, blank: T) -> Self {
+        let margin = (margin_m / cell_m).ceil() as i32;
+        Raster { cell_m, margin, first: (0, 0), columns: 0, rows: 0, cells: Vec::new(), blank }
+    }
+
+    /// The cell that covers a point.
+    pub(crate) fn cell_of(&self, x_m: f64, y_m: f64) -> CellIndex {
+        ((x_m / self.cell_m).floor() as i32, (y_m / self.cell_m).floor() as i32)
+    }
+
+    /// Lower left cell that is stored.
+    pub(crate) fn first(&self) -> CellIndex {
+        self.first
+    }
+
+    /// Stored columns and rows.
+    pub(crate) fn size(&self) -> (i32, i32) {
+        (self.columns, self.rows)
+    }
+
+    /// The value of a cell; blank where nothing was written.
+    pub(crate) fn get(&self, (column, row): CellIndex) -> T {
+        let (i, j) = (column - self.first.0, row - self.first.1);
+        if i < 0 || j < 0 || i >= self.columns || j >= self.rows {
+            return self.blank;
+        }
+        self.cells[(j * self.columns + i) as usize]
+    }
+
+    /// A cell to be changed; `None` outside of what [`Raster::cover`] has made room for.
+    pub(crate) fn get_mut(&mut self, (column, row): CellIndex) -> Option<&mut T> {
+        let (i, j) = (column - self.first.0, row - self.first.1);
+        if i < 0 || j < 0 || i >= self.columns || j >= self.rows {
+            return None;
+        }
+        Some(&mut self.cells[(j * self.columns + i) as usize])
+    }
+
+    /// The stored part of a row, columns `from..to`, and the column where that part begins.
+    pub(crate) fn row(&self, row: i32, from: i32, to: i32) -> (i32, &[T]) {
+        let j = row - self.first.1;
+        let (from, to) = (from.max(self.first.0), to.min(self.first.0 + self.columns));
+        if j < 0 || j >= self.rows || from >= to {
+            return (from, &[]);
+        }
+        let start = j * self.columns - self.first.0;
+        (from, &self.cells[(start + from) as usize..(start + to) as usize])
+    }
+
+    /// Makes room for all cells from `low` to `high`, both included.
+    pub(crate) fn cover(&mut self, low: CellIndex, high: CellIndex) {
+        let end = (self.first.0 + self.columns, self.first.1 + self.rows);
+        let empty = self.cells.is_empty();
+        if !empty && low.0 >= self.first.0 && low.1 >= self.first.1 && high.0 < end.0 && high.1 < end.1 {
+            return;
+        }
+        let reach = |old: i32, wanted: i32, by: i32, beyond: bool| {
+            if empty || beyond { wanted + by } else { old }
+        };
+        let first = (
+            reach(self.first.0, low.0, -self.margin, low.0 < self.first.0),
+            reach(self.first.1, low.1, -self.margin, low.1 < self.first.1),
+        );
+        let end = (
+            reach(end.0, high.0 + 1, self.margin, high.0 >= end.0),
+            reach(end.1, high.1 + 1, self.margin, high.1 >= end.1),
+        );
+        let (columns, rows) = (end.0 - first.0, end.1 - first.1);
+        let mut cells = vec![self.blank; columns as usize * rows as usize];
+        for (j, old) in self.cells.chunks_exact(self.columns.max(1) as usize).enumerate() {
+            let at = (j as i32 + self.first.1 - first.1) * columns + self.first.0 - first.0;
+            cells[at as usize..at as usize + old.len()].copy_from_slice(old);
+        }
+        (self.first, self.columns, self.rows, self.cells) = (first, columns, rows, cells);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_raster_keeps_what_was_written_when_it_grows_to_any_side() {
+        let mut raster = Raster::new(0.1, 0.3, 0);
+        let mut written = Vec::new();
+        for (n, cell) in [(0, 0), (5, -7), (-40, 3), (2, 90), (-41, -8)].into_iter().enumerate() {
+            raster.cover(cell, cell);
+            *raster.get_mut(cell).unwrap() = n + 1;
+            written.push((cell, n + 1));
+            for (cell, value) in &written {
+                assert_eq!(raster.get(*cell), *value);
+            }
+        }
+        assert_eq!(raster.get((1000, 0)), 0);
+        assert!(raster.get_mut((1000, 0)).is_none());
+        assert_eq!(raster.cell_of(-0.01, 0.25), (-1, 2));
+        let (from, row) = raster.row(0, -3, 3);
+        assert_eq!((from, row.len(), row[3]), (-3, 6, 1));
+    }
+}

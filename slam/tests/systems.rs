@@ -1,0 +1,224 @@
+//! The systems from outside: accuracy against exact geometry, symmetry, bad input.
+
+mod grove;
+
+use arborloop_base::{
+    Cell, Estimate, Health, Observation, Odometry, Pose, Pose2, Sweep, Time, Twist, planar, pose2, wrap_angle,
+};
+use arborloop_slam::{NAMES, Rig, build_default};
+use grove::{Grove, LIDAR_M, beam, walk};
+use proptest::prelude::*;
+
+const SYSTEMS: [&str; 2] = ["mhd", "mhd-paper"];
+
+fn run(name: &str, sweeps: impl IntoIterator<Item = Sweep>) -> Vec<Estimate> {
+    let mut slam = build_default(name, &Rig::default()).unwrap();
+    sweeps.into_iter().map(|sweep| slam.observe(&Observation::Sweep(sweep)).unwrap()).collect()
+}
+
+fn at(seconds: f64) -> Time {
+    Time::SIMULATION_START + arborloop_base::Span::from_seconds(seconds)
+}
+
+/// Largest distance (metres) and heading difference (radians) between estimates and poses.
+fn apart(estimates: &[Estimate], poses: &[Pose2]) -> (f64, f64) {
+    let each = estimates.iter().zip(poses).map(|(estimate, pose)| {
+        let found = planar(&estimate.map_from_base);
+        let off = pose.inverse() * found;
+        (off.translation.vector.norm(), off.rotation.angle().abs())
+    });
+    each.fold((0.0, 0.0), |worst, one| (f64::max(worst.0, one.0), f64::max(worst.1, one.1)))
+}
+
+fn scans(turn_rad: f64) -> (Vec<Sweep>, Vec<Pose2>) {
+    let grove = Grove::new();
+    (0..40)
+        .map(|n| {
+            let pose = walk(0.3 * f64::from(n));
+            (grove.scan(&pose, at(0.3 * f64::from(n)), turn_rad), pose)
+        })
+        .unzip()
+}
+
+#[test]
+fn mhd_follows_a_walk_past_posts_to_half_a_cell_with_planar_scans() {
+    let (sweeps, poses) = scans(0.0);
+    let estimates = run("mhd", sweeps);
+    let (position_m, heading_rad) = apart(&estimates, &poses);
+    // Cells are 0.1 m and the posts stand 4 m away and more.
+    assert!(position_m < 0.05 && heading_rad < 0.05 / 4.0, "{position_m} m, {heading_rad} rad");
+    assert!(estimates.iter().all(|estimate| estimate.health == Health::Tracking));
+}
+
+#[test]
+fn mhd_follows_a_walk_past_posts_to_half_a_cell_with_rolling_sweeps() {
+    let grove = Grove::new();
+    let (sweeps, poses): (Vec<Sweep>, Vec<Pose2>) = (1..100)
+        .map(|n| {
+            let end_s = 0.1 * f64::from(n);
+            // The first sweep is seen at rest: the map's origin is its end.
+            (
+                grove.sweep(|after_s| walk(f64::max(end_s - 0.2 + after_s, 0.0)), at(end_s)),
+                walk((end_s - 0.1).max(0.0)),
+            )
+        })
+        .unzip();
+    let (position_m, heading_rad) = apart(&run("mhd", sweeps), &poses);
+    assert!(position_m < 0.05 && heading_rad < 0.05 / 4.0, "{position_m} m, {heading_rad} rad");
+}
+
+#[test]
+fn mhd_paper_follows_a_walk_past_posts_to_the_thickness_of_its_obstacles() {
+    let (sweeps, poses) = scans(0.0);
+    let (position_m, heading_rad) = apart(&run("mhd-paper", sweeps), &poses);
+    // An obstacle is drawn 0.12 m thick; headings are tried every 0.03 rad.
+    assert!(position_m < 0.12 && heading_rad < 0.03, "{position_m} m, {heading_rad} rad");
+}
+
+#[test]
+fn turning_all_bearings_turns_the_answers_of_mhd() {
+    // The lidar turned on its mount by 0.3 rad is a robot that heads 0.3 rad to the other side.
+    let turn_rad = 0.3;
+    let straight = run("mhd", scans(0.0).0);
+    let turned = run("mhd", scans(turn_rad).0);
+    let turn = pose2(0.0, 0.0, turn_rad);
+    for (a, b) in straight.iter().zip(&turned) {
+        let expected = turn * planar(&a.map_from_base) * turn.inverse();
+        let off = expected.inverse() * planar(&b.map_from_base);
+        // The rasters lie otherwise under the same points: each answer is good to half a cell.
+        assert!(off.translation.vector.norm() < 0.05 && off.rotation.angle().abs() < 0.0125, "{off:?}");
+    }
+}
+
+#[test]
+fn a_turn_of_two_radians_between_two_scans_is_found() {
+    let grove = Grove::new();
+    let poses = [pose2(0.0, 0.0, 0.0), pose2(0.1, 0.0, 0.1), pose2(0.3, 0.1, 2.1), pose2(0.3, 0.3, -2.0)];
+    let sweeps = poses.iter().enumerate().map(|(n, pose)| grove.scan(pose, at(4.5 * n as f64), 0.0));
+    let (position_m, heading_rad) = apart(&run("mhd", sweeps), &poses);
+    assert!(position_m < 0.05 && heading_rad < 0.0125, "{position_m} m, {heading_rad} rad");
+}
+
+#[test]
+fn a_robot_that_stands_stays_put_and_is_told_free_from_occupied() {
+    let grove = Grove::new();
+    for name in SYSTEMS {
+        let rig = Rig { base_from_lidar: Pose::translation(0.1, 0.0, 0.2) };
+        let mut slam = build_default(name, &rig).unwrap();
+        for n in 0..5 {
+            // The lidar stands 0.1 m ahead of the base.
+            let sweep = grove.scan(&pose2(0.1, 0.0, 0.0), at(f64::from(n)), 0.0);
+            let estimate = slam.observe(&Observation::Sweep(sweep)).unwrap();
+            assert!(estimate.map_from_base.translation.vector.norm() < 0.02, "{name}: {estimate:?}");
+        }
+        let map = slam.map().unwrap();
+        let cell = |x: f64, y: f64| {
+            let (column, row) = map.index_of(&nalgebra::Point2::new(x, y)).unwrap();
+            *map.get(column, row).unwrap()
+        };
+        let (center, radius) = grove.0[0];
+        let toward = -center.coords.normalize();
+        let face = center + toward * radius;
+        let near = (-1..=1).flat_map(|i| (-1..=1).map(move |j| (f64::from(i), f64::from(j))));
+        let mut around = near.map(|(i, j)| cell(face.x + 0.1 * i, face.y + 0.1 * j));
+        assert!(around.any(|cell| cell == Cell::Occupied), "{name}");
+        assert_eq!(cell(center.x * 0.5, center.y * 0.5), Cell::Free, "{name}");
+    }
+}
+
+#[test]
+fn odometry_carries_mhd_paper_through_scans_that_show_nothing() {
+    let mut slam = build_default("mhd-paper", &Rig::default()).unwrap();
+    let grove = Grove::new();
+    slam.observe(&Observation::Sweep(grove.scan(&pose2(0.0, 0.0, 0.0), at(0.0), 0.0)));
+    for n in 1..=4 {
+        let stamp = at(f64::from(n));
+        slam.observe(&Observation::Odometry(Odometry { stamp, twist: Twist::planar(0.5, 0.0) }));
+        let blind = Sweep { start: stamp, end: stamp, rings: 1, returns: Vec::new() };
+        let estimate = slam.observe(&Observation::Sweep(blind)).unwrap();
+        assert_eq!(estimate.health, Health::Degraded);
+        assert!((estimate.map_from_base.translation.x - 0.5 * f64::from(n)).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn every_sweep_is_answered_at_its_end_and_nothing_else_is_answered() {
+    for name in NAMES {
+        let mut slam = build_default(name, &Rig::default()).unwrap();
+        let twist = Odometry { stamp: at(0.0), twist: Twist::planar(1.0, 0.0) };
+        assert_eq!(slam.observe(&Observation::Odometry(twist)), None);
+        let sweep = Sweep { start: at(0.1), end: at(0.2), rings: 16, returns: Vec::new() };
+        let estimate = slam.observe(&Observation::Sweep(sweep)).unwrap();
+        assert_eq!((estimate.stamp, estimate.map_from_base), (at(0.2), Pose::identity()));
+    }
+}
+
+#[test]
+fn a_blind_system_says_that_it_is_lost_and_recovers_when_it_sees_again() {
+    let grove = Grove::new();
+    let mut slam = build_default("mhd", &Rig::default()).unwrap();
+    let mut health = Vec::new();
+    for n in 0..40 {
+        let stamp = at(0.1 * f64::from(n));
+        let mut sweep = grove.scan(&pose2(0.0, 0.0, 0.0), stamp, 0.0);
+        if (10..25).contains(&n) {
+            sweep.returns.iter_mut().for_each(|one| one.range_m = None);
+        }
+        health.push(slam.observe(&Observation::Sweep(sweep)).unwrap().health);
+    }
+    assert!(health[..10].iter().all(|health| *health == Health::Tracking));
+    assert!(health[10..15].iter().all(|health| *health == Health::Degraded));
+    assert_eq!(health[24], Health::Lost);
+    assert!(health[25..].iter().all(|health| *health == Health::Tracking));
+}
+
+#[test]
+fn ground_alone_is_no_landmark() {
+    // Sixteen rings over a bare plane: whatever the robot does, no feature may pretend to know.
+    let bare = Grove(Vec::new());
+    let estimates = run("mhd", (1..6).map(|n| bare.sweep(|_| pose2(0.0, 0.0, 0.0), at(0.1 * f64::from(n)))));
+    assert!(LIDAR_M > 0.0 && estimates.iter().all(|estimate| estimate.health != Health::Tracking));
+}
+
+fn any_range() -> impl Strategy<Value = Option<f64>> {
+    prop_oneof![
+        Just(None),
+        Just(Some(f64::NAN)),
+        Just(Some(f64::INFINITY)),
+        Just(Some(-1.0)),
+        Just(Some(0.0)),
+        (0.1..150.0_f64).prop_map(Some),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn no_sweep_makes_an_estimate_that_is_not_finite(
+        sweeps in prop::collection::vec(
+            (0_u16..20, prop::collection::vec((-4.0..7.0_f64, -2.0..2.0_f64, any_range(), 0_u16..40, -1.0..1.0_f64), 0..60), -1.0..2.0_f64),
+            1..6,
+        )
+    ) {
+        for name in NAMES {
+            let mut slam = build_default(name, &Rig::default()).unwrap();
+            for (n, (rings, returns, lasts_s)) in sweeps.iter().enumerate() {
+                let end = at(n as f64 * 0.1);
+                let returns = returns.iter().map(|(azimuth, elevation, range_m, ring, after_s)| {
+                    beam(*azimuth, *elevation, *range_m, *ring, arborloop_base::Span::from_seconds(*after_s))
+                });
+                let start = end - arborloop_base::Span::from_seconds(*lasts_s);
+                let sweep = Sweep { start, end, rings: *rings, returns: returns.collect() };
+                let estimate = slam.observe(&Observation::Sweep(sweep)).unwrap();
+                prop_assert_eq!(estimate.stamp, end);
+                let pose = estimate.map_from_base;
+                prop_assert!(pose.translation.vector.iter().all(|n| n.is_finite()));
+                prop_assert!(pose.rotation.coords.iter().all(|n| n.is_finite()));
+                prop_assert!(wrap_angle(planar(&pose).rotation.angle()).is_finite());
+                prop_assert!(estimate.covariance.is_none_or(|c| c.iter().all(|n| n.is_finite())));
+            }
+            let _ = slam.map();
+        }
+    }
+}

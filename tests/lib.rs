@@ -1,0 +1,1 @@
+//! Nothing lives here: the regression suite is `suite.rs`.
