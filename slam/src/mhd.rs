@@ -138,7 +138,7 @@ impl Mhd {
 
     /// The best match around the prediction, or anywhere near it when that is poor or the pause was long.
     fn locate(&mut self, before: &Motion, predicted: &Motion, duration_s: f64) -> Match {
-        let elapsed_s = (predicted.stamp - before.stamp).seconds();
+        let elapsed_s = (predicted.stamp - before.stamp).seconds().max(0.0);
         let near = Lattice {
             reach_m: (0.2 + 0.5 * elapsed_s).min(0.7),
             reach_rad: (0.05 + 0.4 * elapsed_s).min(0.45),
@@ -166,6 +166,7 @@ impl Mhd {
             // A turn between two scans says little of the turn to the next.
             best.motion.velocity.z *= 0.5;
         }
+        best.motion = best.motion.sane();
         best
     }
 

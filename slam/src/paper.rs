@@ -192,6 +192,10 @@ impl Slam for MhdPaper {
         match observation {
             Observation::Sweep(sweep) => Some(self.sweep(sweep)),
             Observation::Odometry(odometry) => {
+                let twist = &odometry.twist;
+                if !twist.linear_mps.iter().chain(&twist.angular_radps).all(|n| n.is_finite()) {
+                    return None;
+                }
                 // The mean of the twists since the last sweep.
                 let (sum, count) = self.odometry.unwrap_or_default();
                 let sum = Twist {

@@ -3,6 +3,11 @@
 /// A cell (column, row); it covers `cell_m * [column, column + 1) x [row, row + 1)`.
 pub(crate) type CellIndex = (i32, i32);
 
+/// Cells are counted this far to each side of the origin; what lies beyond is held at the border, so that no sum overflows.
+const INDEX_MAX: f64 = 1e8;
+/// A raster grows to this many bytes and no further: a lost track must not eat the machine.
+const BYTES_MAX: i64 = 256 << 20;
+
 /// Growing raster aligned with the map's axes.
 #[derive(Debug, Clone)]
 pub(crate) struct Raster<T> {
@@ -24,7 +29,7 @@ impl<T: Copy> Raster<T> {
 
     /// The cell that covers a point.
     pub(crate) fn cell_of(&self, x_m: f64, y_m: f64) -> CellIndex {
-        ((x_m / self.cell_m).floor() as i32, (y_m / self.cell_m).floor() as i32)
+        cell_at(x_m, y_m, self.cell_m)
     }
 
     /// Lower left cell that is stored.
@@ -66,7 +71,7 @@ impl<T: Copy> Raster<T> {
         (from, &self.cells[(start + from) as usize..(start + to) as usize])
     }
 
-    /// Makes room for all cells from `low` to `high`, both included.
+    /// Makes room for all cells from `low` to `high`, both included, unless that is too much.
     pub(crate) fn cover(&mut self, low: CellIndex, high: CellIndex) {
         let end = (self.first.0 + self.columns, self.first.1 + self.rows);
         let empty = self.cells.is_empty();
@@ -85,6 +90,9 @@ impl<T: Copy> Raster<T> {
             reach(end.1, high.1 + 1, self.margin, high.1 >= end.1),
         );
         let (columns, rows) = (end.0 - first.0, end.1 - first.1);
+        if i64::from(columns) * i64::from(rows) * size_of::<T>() as i64 > BYTES_MAX {
+            return;
+        }
         let mut cells = vec![self.blank; columns as usize * rows as usize];
         for (j, old) in self.cells.chunks_exact(self.columns.max(1) as usize).enumerate() {
             let at = (j as i32 + self.first.1 - first.1) * columns + self.first.0 - first.0;
@@ -92,6 +100,12 @@ impl<T: Copy> Raster<T> {
         }
         (self.first, self.columns, self.rows, self.cells) = (first, columns, rows, cells);
     }
+}
+
+/// The cell of a side of `cell_m` that covers a point.
+pub(crate) fn cell_at(x_m: f64, y_m: f64, cell_m: f64) -> CellIndex {
+    let index = |along_m: f64| (along_m / cell_m).floor().clamp(-INDEX_MAX, INDEX_MAX) as i32;
+    (index(x_m), index(y_m))
 }
 
 #[cfg(test)]
@@ -115,5 +129,16 @@ mod tests {
         assert_eq!(raster.cell_of(-0.01, 0.25), (-1, 2));
         let (from, row) = raster.row(0, -3, 3);
         assert_eq!((from, row.len(), row[3]), (-3, 6, 1));
+    }
+
+    #[test]
+    fn a_raster_refuses_to_grow_without_bound_and_keeps_what_it_has() {
+        let mut raster = Raster::new(0.1, 0.3, 0_u8);
+        raster.cover((0, 0), (0, 0));
+        *raster.get_mut((0, 0)).unwrap() = 7;
+        let far = raster.cell_of(1e300, f64::MAX);
+        raster.cover(far, far);
+        assert!(raster.get_mut(far).is_none());
+        assert_eq!((raster.get((0, 0)), raster.get(far)), (7, 0));
     }
 }

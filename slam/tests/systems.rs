@@ -6,14 +6,15 @@ use arborloop_base::{
     Cell, Estimate, Health, Observation, Odometry, Pose, Pose2, Sweep, Time, Twist, planar, pose2, wrap_angle,
 };
 use arborloop_slam::{NAMES, Rig, build_default};
-use grove::{Grove, LIDAR_M, beam, walk};
+use grove::{Grove, beam};
 use proptest::prelude::*;
 
 const SYSTEMS: [&str; 2] = ["mhd", "mhd-paper"];
 
 fn run(name: &str, sweeps: impl IntoIterator<Item = Sweep>) -> Vec<Estimate> {
-    let mut slam = build_default(name, &Rig::default()).unwrap();
-    sweeps.into_iter().map(|sweep| slam.observe(&Observation::Sweep(sweep)).unwrap()).collect()
+    let mut slam = build_default(name, &Rig::default()).expect("the names are the crate's own");
+    let answer = |sweep| slam.observe(&Observation::Sweep(sweep)).expect("every sweep is answered");
+    sweeps.into_iter().map(answer).collect()
 }
 
 fn at(seconds: f64) -> Time {
@@ -28,6 +29,13 @@ fn apart(estimates: &[Estimate], poses: &[Pose2]) -> (f64, f64) {
         (off.translation.vector.norm(), off.rotation.angle().abs())
     });
     each.fold((0.0, 0.0), |worst, one| (f64::max(worst.0, one.0), f64::max(worst.1, one.1)))
+}
+
+/// A walk along an arc of 3 m radius, beginning at the origin along x at rest and speeding up to 0.6 m/s.
+fn walk(seconds: f64) -> Pose2 {
+    let way_m = if seconds < 1.0 { 0.3 * seconds * seconds } else { 0.6 * seconds - 0.3 };
+    let turn = way_m / 3.0;
+    pose2(3.0 * turn.sin(), 3.0 - 3.0 * turn.cos(), turn)
 }
 
 fn scans(turn_rad: f64) -> (Vec<Sweep>, Vec<Pose2>) {
@@ -69,7 +77,14 @@ fn mhd_follows_a_walk_past_posts_to_half_a_cell_with_rolling_sweeps() {
 
 #[test]
 fn mhd_paper_follows_a_walk_past_posts_to_the_thickness_of_its_obstacles() {
-    let (sweeps, poses) = scans(0.0);
+    // The cadence that its noises are made for: a scan every 4.5 s and 0.27 m.
+    let grove = Grove::new();
+    let (sweeps, poses): (Vec<Sweep>, Vec<Pose2>) = (0..40)
+        .map(|n| {
+            let pose = walk(0.45 * f64::from(n));
+            (grove.scan(&pose, at(4.5 * f64::from(n)), 0.0), pose)
+        })
+        .unzip();
     let (position_m, heading_rad) = apart(&run("mhd-paper", sweeps), &poses);
     // An obstacle is drawn 0.12 m thick; headings are tried every 0.03 rad.
     assert!(position_m < 0.12 && heading_rad < 0.03, "{position_m} m, {heading_rad} rad");
@@ -85,8 +100,8 @@ fn turning_all_bearings_turns_the_answers_of_mhd() {
     for (a, b) in straight.iter().zip(&turned) {
         let expected = turn * planar(&a.map_from_base) * turn.inverse();
         let off = expected.inverse() * planar(&b.map_from_base);
-        // The rasters lie otherwise under the same points: each answer is good to half a cell.
-        assert!(off.translation.vector.norm() < 0.05 && off.rotation.angle().abs() < 0.0125, "{off:?}");
+        // The rasters lie otherwise under the same points: both answers are good to half a cell.
+        assert!(off.translation.vector.norm() < 0.1 && off.rotation.angle().abs() < 0.025, "{off:?}");
     }
 }
 
@@ -177,7 +192,28 @@ fn ground_alone_is_no_landmark() {
     // Sixteen rings over a bare plane: whatever the robot does, no feature may pretend to know.
     let bare = Grove(Vec::new());
     let estimates = run("mhd", (1..6).map(|n| bare.sweep(|_| pose2(0.0, 0.0, 0.0), at(0.1 * f64::from(n)))));
-    assert!(LIDAR_M > 0.0 && estimates.iter().all(|estimate| estimate.health != Health::Tracking));
+    assert!(estimates.iter().all(|estimate| estimate.health != Health::Tracking));
+}
+
+#[test]
+fn absurd_stamps_and_odometry_leave_the_estimates_finite() {
+    let grove = Grove::new();
+    for name in SYSTEMS {
+        let mut slam = build_default(name, &Rig::default()).unwrap();
+        let nanos = [0, 1, 2, 3, -5, 3, i64::from(u32::MAX) * 1_000_000_000, 4];
+        for (n, nanos) in nanos.into_iter().enumerate() {
+            for forward_mps in [1e12, f64::NAN] {
+                let twist = Twist::planar(forward_mps, 1e9);
+                slam.observe(&Observation::Odometry(Odometry { stamp: Time::from_nanos(nanos), twist }));
+            }
+            let sweep = grove.scan(&pose2(0.2 * n as f64, 0.0, 0.0), Time::from_nanos(nanos), 0.0);
+            let pose = slam.observe(&Observation::Sweep(sweep)).unwrap().map_from_base;
+            assert!(
+                pose.translation.vector.iter().chain(&pose.rotation.coords).all(|n| n.is_finite()),
+                "{name}"
+            );
+        }
+    }
 }
 
 fn any_range() -> impl Strategy<Value = Option<f64>> {
@@ -192,7 +228,7 @@ fn any_range() -> impl Strategy<Value = Option<f64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
+    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn no_sweep_makes_an_estimate_that_is_not_finite(

@@ -3,7 +3,7 @@
 
 use super::features::{Clearing, Feature};
 use super::motion::Motion;
-use crate::raster::{CellIndex, Raster};
+use crate::raster::{CellIndex, Raster, cell_at};
 use arborloop_base::{Cell, Grid};
 use nalgebra::{Point2, Vector2};
 
@@ -17,7 +17,7 @@ const MISS: f32 = 0.25;
 const OCCUPIED: f32 = 0.5;
 
 /// The distance field follows a mean that has moved by more than this, metres.
-const MOVED_M: f32 = 0.002;
+const MOVED_M: f32 = 0.005;
 
 /// One cell of a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -164,8 +164,8 @@ fn upper(layer: &Raster<Spot>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex 
 fn cross(a: &Vector2<f64>, b: &Vector2<f64>, cell_m: f64, mut visit: impl FnMut(CellIndex)) {
     let (start, end) = (a / cell_m, b / cell_m);
     let along = end - start;
-    let mut cell = (start.x.floor() as i32, start.y.floor() as i32);
-    let last = (end.x.floor() as i32, end.y.floor() as i32);
+    let mut cell = cell_at(start.x, start.y, 1.0);
+    let last = cell_at(end.x, end.y, 1.0);
     let axis = |from: f64, along: f64| {
         let step = if along > 0.0 { 1 } else { -1 };
         let border = if along > 0.0 { from.floor() + 1.0 } else { from.floor() };
@@ -189,5 +189,58 @@ fn cross(a: &Vector2<f64>, b: &Vector2<f64>, cell_m: f64, mut visit: impl FnMut(
             next_y += every_y;
         }
         visit(cell);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arborloop_base::Time;
+    use nalgebra::Vector3;
+
+    const STILL: Motion = Motion {
+        stamp: Time::from_nanos(0),
+        pose: Vector3::new(0.0, 0.0, 0.0),
+        velocity: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    fn at(x: f64, y: f64) -> Feature {
+        Feature { at: Vector2::new(x, y), after_s: 0.0, layer: 0 }
+    }
+
+    #[test]
+    fn a_stretch_crosses_the_cells_that_fine_steps_along_it_meet() {
+        for (a, b) in
+            [((0.03, 0.04), (1.96, 0.77)), ((-0.5, 0.31), (0.42, -1.9)), ((0.05, 0.05), (0.05, -0.95))]
+        {
+            let (a, b) = (Vector2::new(a.0, a.1), Vector2::new(b.0, b.1));
+            let mut cells = Vec::new();
+            cross(&a, &b, 0.1, |cell| cells.push(cell));
+            let mut slow: Vec<CellIndex> = (0..=200_000)
+                .map(|n| a + (b - a) * (f64::from(n) / 200_000.0))
+                .map(|p| ((p.x / 0.1).floor() as i32, (p.y / 0.1).floor() as i32))
+                .collect();
+            slow.dedup();
+            assert_eq!(cells, slow);
+        }
+    }
+
+    #[test]
+    fn a_thing_that_went_away_is_forgotten_and_one_that_is_met_again_is_not() {
+        let mut chart = Chart::new(0.1, 1);
+        chart.draw(&STILL, &[at(2.0, 0.05), at(3.0, 0.05)], &[]);
+        let through = Clearing { from: Vector2::zeros(), to: Vector2::new(5.0, 0.0), after_s: 0.0, layer: 0 };
+        for _ in 0..20 {
+            chart.draw(&STILL, &[at(3.0, 0.05)], &[Clearing { to: Vector2::new(5.0, 0.09), ..through }]);
+        }
+        let grid = chart.drawing(0, 1).unwrap();
+        let cell = |x: f64, y: f64| {
+            let (column, row) = grid.index_of(&Point2::new(x, y)).unwrap();
+            *grid.get(column, row).unwrap()
+        };
+        assert_eq!(cell(2.05, 0.05), Cell::Free);
+        assert_eq!(cell(3.05, 0.05), Cell::Occupied);
+        assert_eq!(cell(2.05, 1.05), Cell::Unknown);
+        assert_eq!(Chart::new(0.1, 1).drawing(0, 1), None);
     }
 }

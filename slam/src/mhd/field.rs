@@ -5,7 +5,7 @@
 //! tiles near what it changed.
 
 use super::chart::Chart;
-use crate::raster::{CellIndex, Raster};
+use crate::raster::{CellIndex, Raster, cell_at};
 use std::collections::BTreeSet;
 
 /// Levels of the coarse copy that the search reads: one byte per cell keeps it in the cache.
@@ -15,6 +15,11 @@ pub(crate) const COARSE_LEVELS: usize = 64;
 const SIDE: usize = 16;
 /// Cell centers along the side of a tile: one more, so that no interpolation needs two tiles.
 const NODES: usize = SIDE + 1;
+/// The same in whole vectors of four.
+const LANES: usize = NODES.next_multiple_of(4);
+/// Lower bits of a key, for the index of a point: more than there are cells within a metre of a tile of 0.1 m cells. Of
+/// finer cells those beyond are left out.
+const INDEX_MASK: i32 = 0x7ff;
 const NO_TILE: u32 = u32::MAX;
 /// Standard deviation of a lidar's range, metres (VLP-16: 2 to 3 cm).
 const NOISE_M: f64 = 0.02;
@@ -96,7 +101,7 @@ impl Field {
                 *slot = sheet.tiles.len() as u32;
                 sheet.tiles.push(Tile { nearest: [NOWHERE; NODES * NODES], coarse: [0; SIDE * SIDE] });
             }
-            sheet.tiles[*slot as usize].measure(chart, layer, place, reach, cell_m as f32, cap_m as f32);
+            sheet.tiles[*slot as usize].measure(chart, layer, place, reach, cell_m, cap_m);
         }
     }
 
@@ -114,7 +119,7 @@ impl Field {
     /// is chance and must not pull.
     pub(crate) fn slope(&self, layer: usize, x_m: f64, y_m: f64) -> Slope {
         let (x, y) = (x_m / self.cell_m - 0.5, y_m / self.cell_m - 0.5);
-        let cell = (x.floor() as i32, y.floor() as i32);
+        let cell = cell_at(x, y, 1.0);
         let none = Slope { distance_m: self.cap_m, along: (0.0, 0.0) };
         let Some((tile, (i, j))) = self.sheets[layer].find(cell) else { return none };
         let (u, v) = ((x - f64::from(cell.0)) as f32, (y - f64::from(cell.1)) as f32);
@@ -129,7 +134,8 @@ impl Field {
                 mean = (mean.0 + share * nearest.0, mean.1 + share * nearest.1);
             }
         }
-        if total <= 0.0 {
+        // Where most of the four know no point, the place is farther than the cap.
+        if total < 0.5 {
             return none;
         }
         // From the tile's first cell center, as the nearest points are.
@@ -146,7 +152,7 @@ impl Field {
 
     /// The cell of a place.
     pub(crate) fn cell_of(&self, x_m: f64, y_m: f64) -> CellIndex {
-        ((x_m / self.cell_m).floor() as i32, (y_m / self.cell_m).floor() as i32)
+        cell_at(x_m, y_m, self.cell_m)
     }
 
     /// Level of the coarse copy in a cell: `COARSE_LEVELS` of them make the cap.
@@ -168,41 +174,59 @@ impl Sheet {
 }
 
 impl Tile {
+    /// Finds the nearest point of every cell center among those of the chart within the cap.
     fn measure(
         &mut self,
         chart: &Chart,
         layer: usize,
         place: CellIndex,
         reach: i32,
-        cell_m: f32,
-        cap_m: f32,
+        cell_m: f64,
+        cap_m: f64,
     ) {
         let low = (place.0 * SIDE as i32, place.1 * SIDE as i32);
         let far = reach + SIDE as i32;
-        let mut squares = [cap_m * cap_m; NODES * NODES];
-        self.nearest.fill(NOWHERE);
         // From the tile's first cell center: f32 is exact enough there, anywhere on the map.
-        let corner =
-            ((f64::from(low.0) + 0.5) * f64::from(cell_m), (f64::from(low.1) + 0.5) * f64::from(cell_m));
+        let corner = ((f64::from(low.0) + 0.5) * cell_m, (f64::from(low.1) + 0.5) * cell_m);
+        let (cell_m, cap_m) = (cell_m as f32, cap_m as f32);
+        let mut points = vec![NOWHERE];
+        // Squared distance in the upper bits and the point's index in the lower: positive floats rank as their bits do, so
+        // one minimum keeps both, which the compiler turns into vectors. The distance loses 1e-4 of itself in the ranking.
+        let key_of = |square: f32, index: i32| (square.to_bits() as i32 & !INDEX_MASK) | index;
+        let mut keys = [[key_of(cap_m * cap_m, 0); LANES]; NODES];
+        let along: [f32; LANES] = std::array::from_fn(|i| i as f32 * cell_m);
+        let outside = |n: f32| n - n.clamp(0.0, along[NODES - 1]);
         chart.points(layer, (low.0 - reach, low.1 - reach), (low.0 + far, low.1 + far), |x_m, y_m| {
             let (x, y) = ((x_m - corner.0) as f32, (y_m - corner.1) as f32);
-            let rows = squares.chunks_exact_mut(NODES).zip(self.nearest.chunks_exact_mut(NODES));
-            for (j, (line, nearest)) in rows.enumerate() {
-                let dy = j as f32 * cell_m - y;
-                if dy.abs() < cap_m {
-                    for (i, (square, nearest)) in line.iter_mut().zip(nearest).enumerate() {
-                        let dx = i as f32 * cell_m - x;
-                        let found = dx * dx + dy * dy;
-                        if found < *square {
-                            (*square, *nearest) = (found, (x, y));
-                        }
-                    }
+            if outside(x).powi(2) + outside(y).powi(2) >= cap_m * cap_m {
+                return;
+            }
+            let index = points.len() as i32;
+            if index > INDEX_MASK {
+                return;
+            }
+            points.push((x, y));
+            for (j, line) in keys.iter_mut().enumerate() {
+                let dy = along[j] - y;
+                if dy.abs() >= cap_m {
+                    continue;
+                }
+                for (key, x_node) in line.iter_mut().zip(&along) {
+                    let dx = x_node - x;
+                    *key = key_of(dx * dx + dy * dy, index).min(*key);
                 }
             }
         });
+        for (line, keys) in self.nearest.chunks_exact_mut(NODES).zip(&keys) {
+            for (nearest, key) in line.iter_mut().zip(keys) {
+                *nearest = points[(key & INDEX_MASK) as usize];
+            }
+        }
         let scale = COARSE_LEVELS as f32 / cap_m;
         for (index, level) in self.coarse.iter_mut().enumerate() {
-            let distance_m = squares[index / SIDE * NODES + index % SIDE].sqrt();
+            let (i, j) = (index % SIDE, index / SIDE);
+            let (x, y) = self.nearest[j * NODES + i];
+            let distance_m = ((along[i] - x).powi(2) + (along[j] - y).powi(2)).sqrt();
             *level = (distance_m * scale).min((COARSE_LEVELS - 1) as f32) as u8;
         }
     }
@@ -210,4 +234,71 @@ impl Tile {
 
 fn tile_of(cell: i32) -> i32 {
     cell.div_euclid(SIDE as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::features::Feature;
+    use super::super::motion::Motion;
+    use super::*;
+    use arborloop_base::{Seed, Time};
+    use nalgebra::{Vector2, Vector3};
+
+    const STILL: Motion = Motion {
+        stamp: Time::from_nanos(0),
+        pose: Vector3::new(0.0, 0.0, 0.0),
+        velocity: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    fn points(trial: u64) -> Vec<Vector2<f64>> {
+        let mut draws = Seed(9).stream("field").at(trial);
+        (0..30).map(|_| Vector2::new(draws.within(-4.0, 4.0), draws.within(-4.0, 4.0))).collect()
+    }
+
+    fn drawn(chart: &mut Chart, field: &mut Field, points: &[Vector2<f64>]) {
+        let features: Vec<Feature> =
+            points.iter().map(|at| Feature { at: *at, after_s: 0.0, layer: 0 }).collect();
+        chart.draw(&STILL, &features, &[]);
+        field.follow(chart);
+    }
+
+    fn shown(chart: &Chart) -> Vec<(f64, f64)> {
+        let mut shown = Vec::new();
+        chart.points(0, (-100, -100), (100, 100), |x_m, y_m| shown.push((x_m, y_m)));
+        shown
+    }
+
+    #[test]
+    fn every_cell_center_knows_the_distance_to_the_nearest_of_all_points_also_after_changes() {
+        let (mut chart, mut field) = (Chart::new(0.1, 1), Field::new(0.1, 1.0, 1));
+        for trial in 0..5 {
+            drawn(&mut chart, &mut field, &points(trial));
+            let all = shown(&chart);
+            for row in -50..50 {
+                for column in -50..50 {
+                    let (x_m, y_m) = (f64::from(column) * 0.1 + 0.05, f64::from(row) * 0.1 + 0.05);
+                    let slow = all.iter().map(|(x, y)| (x - x_m).hypot(y - y_m)).fold(1.0, f64::min);
+                    let smoothed = slow.hypot(NOISE_M).min(1.0);
+                    // At a center the other three corners have no share; a hair inside, so that the floor is its own.
+                    let found = field.slope(0, x_m + 1e-9, y_m + 1e-9).distance_m;
+                    assert!((found - smoothed).abs() < 1e-5, "{found} {smoothed} at {x_m} {y_m}");
+                    let level = (slow * COARSE_LEVELS as f64).min((COARSE_LEVELS - 1) as f64);
+                    assert!((f64::from(field.coarse(0, (column, row))) - level).abs() <= 1.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_distance_is_smallest_at_a_lone_point_and_grows_along_its_gradient() {
+        let (mut chart, mut field) = (Chart::new(0.1, 1), Field::new(0.1, 1.0, 1));
+        drawn(&mut chart, &mut field, &[Vector2::new(0.537, -0.281)]);
+        assert!((field.slope(0, 0.537, -0.281).distance_m - NOISE_M).abs() < 1e-5);
+        for (dx, dy) in [(0.02, 0.0), (-0.3, 0.1), (0.0, -0.25), (0.4, 0.4)] {
+            let at = |step: f64| field.slope(0, 0.537 + dx + step * dx, -0.281 + dy + step * dy).distance_m;
+            let slope = field.slope(0, 0.537 + dx, -0.281 + dy);
+            let numeric = (at(1e-3) - at(-1e-3)) / 2e-3;
+            assert!((numeric - (slope.along.0 * dx + slope.along.1 * dy)).abs() < 1e-4);
+        }
+    }
 }

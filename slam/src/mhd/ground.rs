@@ -83,3 +83,53 @@ fn median_z(points: &[Vector3<f64>]) -> Option<f64> {
     let middle = heights.len() / 2;
     (!heights.is_empty()).then(|| *heights.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arborloop_base::Seed;
+
+    /// Hits on a plane with blades of grass up to 5 cm above it, and a wall of stems.
+    fn meadow(slope_x: f64, slope_y: f64, height_m: f64) -> Vec<Hit> {
+        let mut draws = Seed(2).stream("meadow").at(0);
+        (0..8000)
+            .map(|n| {
+                let bearing_rad = draws.within(-3.1, 3.1);
+                let level_m = draws.within(1.5, 9.0);
+                let (x, y) = (level_m * bearing_rad.cos(), level_m * bearing_rad.sin());
+                let above_m = if n % 7 == 0 { draws.within(0.1, 0.4) } else { draws.within(0.0, 0.05) };
+                let at = Vector3::new(x, y, slope_x * x + slope_y * y - height_m + above_m);
+                Hit { at, level_m, bearing_rad, after_s: 0.0, ring: 0 }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_plane_is_found_under_grass_and_stems() {
+        for (slope_x, slope_y) in [(0.0, 0.0), (0.08, -0.05), (-0.2, 0.1)] {
+            let ground = Ground::fit(&meadow(slope_x, slope_y, 0.5), None).unwrap();
+            let up = Vector3::new(-slope_x, -slope_y, 1.0).normalize();
+            let leveled = ground.level_from_base() * up;
+            // Half of the grass's 5 cm, and as much again over 5 m for the stems' pull on the slopes.
+            assert!(leveled.xy().norm() < 0.01, "{leveled:?}");
+            assert!((ground.lidar_height_m() - 0.475 * up.z).abs() < 0.025, "{}", ground.lidar_height_m());
+        }
+    }
+
+    #[test]
+    fn leveling_keeps_the_heading() {
+        let ground = Ground { slope_x: 0.3, slope_y: -0.2, height_m: 0.5 };
+        let forward = ground.level_from_base() * Vector3::x();
+        assert!(forward.y.abs() < 1e-12 && forward.x > 0.0);
+    }
+
+    #[test]
+    fn a_wall_or_nothing_is_no_ground() {
+        assert_eq!(Ground::fit(&[], None), None);
+        let wall = |n: i32| Vector3::new(2.0, f64::from(n % 20) * 0.1 - 1.0, -0.01 * f64::from(n));
+        let hits: Vec<Hit> = (0..400)
+            .map(|n| Hit { at: wall(n), level_m: 2.2, bearing_rad: 0.0, after_s: 0.0, ring: 0 })
+            .collect();
+        assert_eq!(Ground::fit(&hits, None), None);
+    }
+}

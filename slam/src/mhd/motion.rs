@@ -9,6 +9,10 @@ use nalgebra::{Vector2, Vector3};
 /// How long a velocity is believed, seconds: after a pause the robot may have stopped or turned.
 const MEMORY_S: f64 = 5.0;
 
+/// No robot between trees is faster, m/s and rad/s: two stamps that nearly coincide must not throw it off the map.
+const SPEED_MPS_MAX: f64 = 10.0;
+const TURN_RADPS_MAX: f64 = 6.0;
+
 /// Motion through one sweep, map frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Motion {
@@ -32,6 +36,16 @@ impl Motion {
         let pose = self.pose + self.velocity * after_s;
         let (sin, cos) = pose.z.sin_cos();
         Vector2::new(pose.x + cos * at.x - sin * at.y, pose.y + sin * at.x + cos * at.y)
+    }
+
+    /// The same with a velocity that a robot can have.
+    pub(crate) fn sane(mut self) -> Motion {
+        let speed_mps = self.velocity.xy().norm();
+        let share = if speed_mps > SPEED_MPS_MAX { SPEED_MPS_MAX / speed_mps } else { 1.0 };
+        self.velocity.x *= share;
+        self.velocity.y *= share;
+        self.velocity.z = self.velocity.z.clamp(-TURN_RADPS_MAX, TURN_RADPS_MAX);
+        self
     }
 
     /// What is expected at a later instant: the velocity fades with the time since it was measured.

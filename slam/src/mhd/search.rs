@@ -124,3 +124,59 @@ impl Search {
         chosen
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::chart::Chart;
+    use super::*;
+    use crate::kbest::mean_of_smallest;
+    use arborloop_base::{Seed, Time};
+    use nalgebra::Vector2;
+
+    fn motion(x_m: f64, y_m: f64, heading_rad: f64) -> Motion {
+        Motion {
+            stamp: Time::from_nanos(0),
+            pose: Vector3::new(x_m, y_m, heading_rad),
+            velocity: Vector3::zeros(),
+        }
+    }
+
+    fn features(trial: u64) -> Vec<Feature> {
+        let mut draws = Seed(4).stream("search").at(trial);
+        let mut at = || Vector2::new(draws.within(-6.0, 6.0), draws.within(-6.0, 6.0));
+        (0..60).map(|n| Feature { at: at(), after_s: 0.0, layer: n % 2 }).collect()
+    }
+
+    #[test]
+    fn the_search_finds_what_a_plain_loop_over_all_poses_finds() {
+        let lattice = Lattice { reach_m: 0.4, reach_rad: 0.2, step_m: 0.1, step_rad: 0.05, prior_m: 0.0 };
+        for trial in 0..4 {
+            let features = features(trial);
+            let (mut chart, mut field) = (Chart::new(0.1, 2), Field::new(0.1, 1.0, 2));
+            chart.draw(&motion(0.2, -0.1, 0.1), &features, &[]);
+            field.follow(&mut chart);
+            let start = motion(0.0, 0.0, 0.0);
+            let found = Search::default().run(&field, &features, &start, &lattice, 0.8, 3);
+            let mut slow = f64::INFINITY;
+            for turn in -4..=4 {
+                for j in -4..=4 {
+                    for i in -4..=4 {
+                        let at = motion(f64::from(i) * 0.1, f64::from(j) * 0.1, f64::from(turn) * 0.05);
+                        let mut levels: Vec<f32> = features
+                            .iter()
+                            .map(|feature| {
+                                let place = at.place(&feature.at, 0.0);
+                                let cell = field.cell_of(place.x, place.y);
+                                (f32::from(field.coarse(feature.layer, cell)) + 0.5) / COARSE_LEVELS as f32
+                            })
+                            .collect();
+                        slow = slow.min(mean_of_smallest(&mut levels, 0.8).unwrap());
+                    }
+                }
+            }
+            assert!((found[0].cost_m - slow).abs() < 1e-6, "{} {slow}", found[0].cost_m);
+            assert!((found[0].pose - Vector3::new(0.2, -0.1, 0.1)).norm() < 1e-9);
+            assert!(found.windows(2).all(|pair| pair[0].cost_m <= pair[1].cost_m));
+        }
+    }
+}

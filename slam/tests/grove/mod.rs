@@ -1,20 +1,20 @@
 //! A grove of posts on flat ground, seen by exact geometry: rays against circles and a plane.
 
-use arborloop_base::{Pose2, Return, Span, Sweep, Time, pose2, wrap_angle};
+use arborloop_base::{Pose2, Return, Span, Sweep, Time, wrap_angle};
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::{PI, TAU};
 
 /// Height of the lidar above the ground, metres.
-pub const LIDAR_M: f64 = 0.5;
+pub(crate) const LIDAR_M: f64 = 0.5;
 /// Height of the posts, metres.
-pub const POST_M: f64 = 1.0;
+pub(crate) const POST_M: f64 = 1.0;
 
 /// Posts: center and radius, metres.
-pub struct Grove(pub Vec<(Point2<f64>, f64)>);
+pub(crate) struct Grove(pub(crate) Vec<(Point2<f64>, f64)>);
 
 impl Grove {
     /// Fourteen posts at irregular places, so that no turn or shift maps the grove on itself.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let posts = (0..14).map(|n| {
             let n = f64::from(n);
             let bearing = n * TAU * 0.381_966;
@@ -36,7 +36,7 @@ impl Grove {
     }
 
     /// A planar scan of 897 bins of 0.007 rad, all bearings turned by `turn_rad`.
-    pub fn scan(&self, pose: &Pose2, stamp: Time, turn_rad: f64) -> Sweep {
+    pub(crate) fn scan(&self, pose: &Pose2, stamp: Time, turn_rad: f64) -> Sweep {
         let returns = (0..897).map(|bin| {
             let bearing = -PI + 0.007 * f64::from(bin);
             let along = pose.rotation * Vector2::new(bearing.cos(), bearing.sin());
@@ -47,7 +47,7 @@ impl Grove {
     }
 
     /// A rolling sweep of sixteen rings in 0.1 s, ending at `end`; `pose_at` gives the base at seconds after the start.
-    pub fn sweep(&self, pose_at: impl Fn(f64) -> Pose2, end: Time) -> Sweep {
+    pub(crate) fn sweep(&self, pose_at: impl Fn(f64) -> Pose2, end: Time) -> Sweep {
         let start = end - Span::from_millis(100);
         let returns = (0..900).flat_map(|column| {
             let after = Span::from_nanos(i64::from(column) * 111_111);
@@ -69,7 +69,7 @@ impl Grove {
 }
 
 /// One beam's answer.
-pub fn beam(
+pub(crate) fn beam(
     azimuth_rad: f64,
     elevation_rad: f64,
     range_m: Option<f64>,
@@ -77,11 +77,4 @@ pub fn beam(
     fired_after: Span,
 ) -> Return {
     Return { azimuth_rad, elevation_rad, range_m, ring, number: 0, fired_after, intensity: 0.0 }
-}
-
-/// A walk along an arc of 3 m radius, beginning at the origin along x at rest and speeding up to 0.6 m/s.
-pub fn walk(seconds: f64) -> Pose2 {
-    let way_m = if seconds < 1.0 { 0.3 * seconds * seconds } else { 0.6 * seconds - 0.3 };
-    let turn = way_m / 3.0;
-    pose2(3.0 * turn.sin(), 3.0 - 3.0 * turn.cos(), turn)
 }

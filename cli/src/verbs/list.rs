@@ -1,0 +1,26 @@
+//! `arborloop list`: what comes with the program.
+
+use crate::suite;
+use crate::systems::Catalog;
+use arborloop_sim::scenario;
+
+pub(crate) fn list(catalog: &Catalog) {
+    println!("scenarios");
+    for (name, text) in scenario::EMBEDDED {
+        println!("  {name:24} {}", first_line(text));
+    }
+    println!("suites");
+    for (name, text) in suite::EMBEDDED {
+        println!("  {name:24} {}", first_line(text));
+    }
+    println!("systems");
+    for name in catalog.names() {
+        println!("  {name}");
+    }
+    println!("robots\n  go1                      Unitree Go1 with a VLP-16, kinematic trot");
+    println!("lidars\n  vlp16                    Velodyne VLP-16, single return");
+}
+
+fn first_line(text: &str) -> &str {
+    text.lines().next().unwrap_or_default().trim_start_matches("# ")
+}

@@ -1,0 +1,180 @@
+//! The binary as a user meets it: exit codes, messages, files, and runs that come out the same.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A walk of a meter: long enough to move, short enough for every build.
+const SHORT: [&str; 4] =
+    ["--set", "route.waypoints_m=[[0.0, 0.0], [1.0, 0.0]]", "--set", "route.closed=false"];
+
+fn arborloop(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_arborloop"))
+        .args(arguments)
+        .current_dir(folder)
+        .env("NO_COLOR", "1")
+        .output()
+        .expect("the binary was built with this test")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs, checks the exit code, and gives standard output and standard error.
+fn with_code(folder: &Path, arguments: &[&str], code: i32) -> (String, String) {
+    let output = arborloop(folder, arguments);
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{out}\n{err}");
+    assert!(!err.contains("panicked"), "{err}");
+    (out, err)
+}
+
+#[test]
+fn what_is_refused_is_refused_with_its_place_and_exit_code_three() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let scenario = arborloop_sim::Scenario::embedded("cone-field-go1").unwrap().text;
+    let write = |name: &str, text: &str| std::fs::write(at.join(name), text).unwrap();
+    write("typo.toml", &scenario.replace("dropout_ratio", "drop_out_ratio"));
+    write("type.toml", &scenario.replace("rate_hz = 10.0", "rate_hz = \"fast\""));
+    write("far.toml", &scenario.replace("range_noise_m = 0.02", "range_m_max = 130.0"));
+    write("tick.toml", &scenario.replace("rate_hz = 500.0", "rate_hz = 333.0"));
+    write("empty.toml", "");
+    write("empty.mcap", "");
+    write("empty.npz", "");
+    write("empty.tum", "");
+    write("nan.tum", "1.0 0 0 0 0 0 0 1\n2.0 nan 0 0 0 0 0 1\n");
+    write("short.tum", "1.0 0 0 0\n");
+    write("good.tum", "1.0 0 0 0 0 0 0 1\n2.0 1 0 0 0 0 0 1\n");
+    write("binary.toml", "x");
+    std::fs::write(at.join("binary.toml"), [0xff, 0xfe, 0x00]).unwrap();
+    let refused: [(&[&str], &[&str]); 14] = [
+        (&["check", "typo.toml"], &["typo.toml", "drop_out_ratio", "did you mean `dropout_ratio`"]),
+        (&["check", "type.toml"], &["type.toml", "fast", "f64"]),
+        (&["check", "far.toml"], &["far.toml", "130", "100"]),
+        (&["check", "tick.toml"], &["tick.toml", "333", "whole number of ticks"]),
+        (&["check", "empty.toml"], &["empty.toml", "schema"]),
+        (&["check", "binary.toml"], &["binary.toml", "UTF-8"]),
+        (&["check", "nowhere.toml"], &["nowhere.toml"]),
+        (&["run", "cone-feild-go1"], &["cone-feild-go1", "did you mean `cone-field-go1`"]),
+        (&["replay", "empty.mcap"], &["empty.mcap"]),
+        (&["replay", "empty.npz"], &["empty.npz"]),
+        (&["replay", "nowhere"], &["nowhere"]),
+        (&["eval", "good.tum", "nan.tum", "--pose-time", "sweep_end"], &["nan.tum", "2"]),
+        (&["eval", "good.tum", "short.tum", "--pose-time", "sweep_end"], &["short.tum", "1", "8"]),
+        (&["eval", "good.tum", "empty.tum", "--pose-time", "sweep_end"], &["empty.tum"]),
+    ];
+    for (arguments, words) in refused {
+        let (_, err) = with_code(at, arguments, 3);
+        // Long messages are broken into lines with a bar before each.
+        let flat = err.replace(['\n', '│', '|'], " ");
+        let flat = flat.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in words {
+            assert!(flat.contains(word), "{arguments:?}: `{word}` is missing in\n{err}");
+        }
+    }
+}
+
+#[test]
+fn usage_and_empty_selections_have_exit_codes_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    with_code(folder.path(), &["walk"], 2);
+    let (_, err) = with_code(folder.path(), &["run", "cone-field-go1", "--system", "mdh"], 2);
+    assert!(err.contains("did you mean `mhd`"), "{err}");
+    with_code(folder.path(), &["eval", "a.tum", "b.tum"], 2);
+    with_code(folder.path(), &["run", "cone-field-go1", "--expect", "mhd"], 2);
+    with_code(folder.path(), &["run", "cone-field-go1", "--threads", "0"], 2);
+    with_code(folder.path(), &["test", "smoke", "--filter", "no such run"], 4);
+}
+
+#[test]
+fn what_comes_with_the_program_can_be_listed_shown_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, _) = with_code(folder.path(), &["list"], 0);
+    for name in ["cone-field-go1", "smoke", "mhd-paper", "vlp16"] {
+        assert!(out.contains(name), "{name} is missing in\n{out}");
+    }
+    let (resolved, _) = with_code(folder.path(), &["show", "scenario", "cone-field-go1"], 0);
+    std::fs::write(folder.path().join("resolved.toml"), &resolved).unwrap();
+    with_code(folder.path(), &["check", "resolved.toml", "smoke", "cone-field-go1"], 0);
+    let (again, _) = with_code(folder.path(), &["show", "scenario", "resolved.toml"], 0);
+    assert_eq!(resolved, again);
+    let (robot, _) = with_code(folder.path(), &["show", "robot"], 0);
+    assert!(robot.contains("velodyne") && robot.contains("kg"), "{robot}");
+}
+
+#[test]
+fn a_run_is_the_same_at_any_thread_count_and_its_recording_replays_to_the_same_estimates() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut hashes = Vec::new();
+    for threads in ["1", "8"] {
+        let mut arguments = vec!["run", "cone-field-go1-short", "-q", "--threads", threads, "-o", threads];
+        arguments.extend(["--system", "mhd", "--system", "still"].iter().chain(&SHORT));
+        let (out, _) = with_code(at, &arguments, 0);
+        assert!(out.starts_with("PASSED"), "{out}");
+        hashes.push(out.lines().find(|line| line.starts_with("content hash")).unwrap().to_owned());
+        for file in
+            ["metrics.json", "report.html", "manifest.json", "metadata.yaml", "scenario.resolved.toml"]
+        {
+            assert!(at.join(threads).join(file).is_file(), "{file}");
+        }
+    }
+    assert_eq!(hashes[0], hashes[1]);
+    with_code(at, &["replay", "1", "-q", "--system", "mhd", "--system", "still", "-o", "again"], 0);
+    for file in ["est_mhd.tum", "est_still.tum"] {
+        let read = |folder: &str| std::fs::read(at.join(folder).join(file)).unwrap();
+        assert_eq!(read("1"), read("8"), "{file} over threads");
+        assert_eq!(read("1"), read("again"), "{file} over the recording");
+    }
+    let metrics = std::fs::read_to_string(at.join("1/metrics.json")).unwrap();
+    assert_eq!(metrics, std::fs::read_to_string(at.join("8/metrics.json")).unwrap());
+}
+
+#[test]
+fn an_expectation_that_fails_ends_with_code_one_hundred_and_everything_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arguments =
+        vec!["run", "cone-field-go1-short", "-q", "-o", "run", "--no-recording", "--system", "still"];
+    arguments.extend(["--driver", "truth", "--expect", "still.position_mean_m<=0.05"].iter().chain(&SHORT));
+    let (out, err) = with_code(folder.path(), &arguments, 100);
+    assert!(out.starts_with("FAILED") && err.contains("still position_mean_m"), "{out}\n{err}");
+    assert!(folder.path().join("run/report.html").is_file());
+}
+
+#[test]
+fn a_suite_runs_every_seed_and_writes_junit_with_its_failures() {
+    let folder = tempfile::tempdir().unwrap();
+    let suite = r#"
+schema = 1
+name = "tiny"
+[[case]]
+scenario = "cone-field-go1-short"
+set = ["route.waypoints_m=[[0.0, 0.0], [0.5, 0.0]]", "route.closed=false", "world.planting={kind='none'}"]
+seeds = [1, 2]
+driver = "truth"
+systems = ["still"]
+expect = [{ system = "still", metric = "position_max_m", max = 0.1 }]
+"#;
+    std::fs::write(folder.path().join("tiny.toml"), suite).unwrap();
+    let (out, _) = with_code(folder.path(), &["test", "tiny.toml", "-q"], 100);
+    assert_eq!(out.matches("FAILED").count(), 2, "{out}");
+    let xml = std::fs::read_to_string(folder.path().join("runs/tiny/junit.xml")).unwrap();
+    assert!(xml.contains("tests=\"2\"") && xml.contains("failures=\"2\""), "{xml}");
+    assert!(folder.path().join("runs/tiny/0-cone-field-go1-short-truth/2/scenario.resolved.toml").is_file());
+}
+
+#[test]
+fn a_data_set_is_made_once_and_never_over_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut arguments = vec!["gen", "cone-field-go1-short", "-q", "-o", "set"];
+    arguments.extend(SHORT);
+    with_code(folder.path(), &arguments, 0);
+    for file in
+        ["DATASET.md", "calib.yaml", "gt/gt_base_link.tum", "gt/map.yaml", "gt/trunks.csv", "metadata.yaml"]
+    {
+        assert!(folder.path().join("set").join(file).is_file(), "{file}");
+    }
+    let (_, err) = with_code(folder.path(), &arguments, 3);
+    assert!(err.contains("set"), "{err}");
+}

@@ -1,0 +1,66 @@
+//! Little to see, or nothing: a run still ends with a verdict, and a system that is blind says so.
+
+use crate::check::{Run, check};
+use arborloop_base::Health;
+use arborloop_sim::{Driver, End};
+
+/// What holds whatever a system sees: a verdict, one finite answer for each sweep, stamps of the sweeps' ends.
+fn is_sound(run: &Run) {
+    assert_ne!(run.outcome.end, End::Stopped, "nobody asked to stop");
+    for (name, estimates) in &run.estimates {
+        assert_eq!(estimates.len(), run.truth.len(), "{name} answers every sweep");
+        for (estimate, (stamp, _)) in estimates.iter().zip(run.truth.poses()) {
+            assert_eq!(estimate.stamp, *stamp);
+            let numbers = estimate.map_from_base.translation.vector;
+            assert!(numbers.iter().all(|number| number.is_finite()), "{name}: {estimate:?}");
+            let attitude = estimate.map_from_base.rotation;
+            assert!((attitude.coords.norm() - 1.0).abs() < 1e-9, "{name}: {estimate:?}");
+        }
+    }
+}
+
+#[test]
+fn a_field_without_cones_and_a_field_with_one_far_tree_end_with_a_verdict() {
+    let short = "run.duration_s_max=5.0";
+    for changes in [
+        vec![short, "world.planting.count=0"],
+        vec![short, "world.planting.count=0", "world.surroundings.trees=1", "world.surroundings.bushes=0"],
+        vec![short, "world.planting.count=0", "world.surroundings.trees=0", "world.surroundings.bushes=0"],
+    ] {
+        let run = check(&changes, &["mhd", "mhd-paper"], Driver::System(0));
+        is_sound(&run);
+        assert_eq!(run.outcome.contacts, []);
+    }
+}
+
+#[test]
+fn a_driver_that_gets_no_returns_says_so_and_stands_until_it_is_given_up() {
+    for change in ["lidar.dropout_ratio=1.0", "lidar.range_m_max=0.4"] {
+        let run =
+            check(&[change, "run.lost_s_max=2.0", "run.duration_s_max=8.0"], &["mhd"], Driver::System(0));
+        is_sound(&run);
+        assert_eq!(run.outcome.end, End::Lost, "{change}");
+        assert_eq!(run.outcome.contacts, []);
+        let estimates = &run.estimates["mhd"];
+        assert!(estimates.iter().all(|estimate| estimate.health != Health::Tracking), "{change}");
+        assert_eq!(estimates[estimates.len() - 1].health, Health::Lost);
+        // A command takes effect after the stand and before the loss is noticed at the earliest: less than a meter.
+        let end = run.truth.poses()[run.truth.len() - 1].1.translation.vector;
+        assert!(end.xy().norm() < 1.0, "walked blind to {end:?}");
+    }
+}
+
+#[test]
+fn a_lap_with_a_third_of_the_returns_lost_is_survived() {
+    let run = check(&["lidar.dropout_ratio=0.3"], &["mhd"], Driver::System(0));
+    is_sound(&run);
+    assert_eq!(run.outcome.end, End::Finished);
+    assert_eq!(run.outcome.contacts, []);
+    let score = run.score("mhd");
+    println!("position mean {:.4} m, loop {:.4} m", score.position_mean_m, score.loop_m);
+    // The nearest cone leaves 0.9 m; half a trunk is 0.3 m of it.
+    assert!(score.position_max_m < 0.6, "{} m", score.position_max_m);
+    // Disturbed or not, it ends in calm seconds in which the system must be sure of itself.
+    let last = &run.estimates["mhd"][run.truth.len() - 10..];
+    assert!(last.iter().all(|estimate| estimate.health == Health::Tracking));
+}
