@@ -138,7 +138,8 @@ pub fn encode(sweep: &Sweep) -> Result<Vec<Packet>, WireError> {
     Ok(packets)
 }
 
-/// Unpacks the packets of one turn that ends at `end`; firings at or after `end` are padding and left out.
+/// Unpacks the packets of one turn that ends at `end`. A firing cycle belongs to the turn in which its last laser
+/// fires: cycles that are not over by `end` are padding and left out.
 ///
 /// As the ROS driver does, the azimuth of a firing inside a block is interpolated toward the next block's.
 pub fn decode(packets: &[Packet], end: Time) -> Result<Sweep, WireError> {
@@ -166,7 +167,8 @@ pub fn decode(packets: &[Packet], end: Time) -> Result<Sweep, WireError> {
         for (slot, echo) in block[4..].chunks_exact(3).enumerate() {
             let (cycle, laser) = (slot / LASERS, slot % LASERS);
             let after_block = CYCLE_STEP * cycle as i64 + LASER_STEP * laser as i64;
-            if block_time + after_block >= end {
+            let last_laser = block_time + CYCLE_STEP * cycle as i64 + LASER_STEP * (LASERS as i64 - 1);
+            if last_laser >= end {
                 continue;
             }
             let share = after_block.seconds() / (CYCLE_STEP * 2).seconds();
@@ -219,7 +221,21 @@ mod tests {
                 }
             })
             .collect();
-        Sweep { start, end: start + CYCLE_STEP * cycles as i64, rings: 16, returns }
+        let last_fired = CYCLE_STEP * (cycles as i64 - 1) + LASER_STEP * (LASERS as i64 - 1);
+        Sweep { start, end: start + last_fired + Span::from_nanos(1), rings: 16, returns }
+    }
+
+    #[test]
+    fn a_turn_may_end_anywhere_before_the_next_cycle_is_over() {
+        for cycles in [1, 2, 1808, 1809] {
+            let mut raw = turning_sweep(cycles);
+            let earliest = raw.end;
+            for late in [0, 20_000, 40_000, CYCLE_STEP.nanos() - 1] {
+                raw.end = earliest + Span::from_nanos(late);
+                let wired = decode(&encode(&raw).unwrap(), raw.end).unwrap();
+                assert_eq!(wired.returns.len(), raw.returns.len(), "{cycles} cycles, {late} ns late");
+            }
+        }
     }
 
     #[test]

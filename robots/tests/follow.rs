@@ -129,7 +129,7 @@ fn a_pose_that_jumps_across_the_field_takes_no_shortcut() {
     let mut follower = Follower::new(rectangle(2), FollowerSettings::default());
     follower.steer(&pose2(1.0, 0.0, 0.0));
     follower.steer(&pose2(1.0, 2.0, 0.0));
-    // The window ahead is a metre: the far side, twelve metres on, is not reached by looking.
+    // The window ahead is a meter: the far side, twelve meters on, is not reached by looking.
     assert!(follower.progress().distance_m <= 2.0);
 }
 

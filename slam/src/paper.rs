@@ -13,6 +13,7 @@ mod transform;
 use crate::rig::Rig;
 use arborloop_base::{
     Cell, Estimate, Grid, Health, Observation, Pose2, Slam, Sweep, Time, Twist, planar, pose2, spatial,
+    wrap_angle,
 };
 use filter::{Drive, Filter};
 use nalgebra::{Matrix6, Vector2, Vector3};
@@ -24,6 +25,9 @@ use transform::Transform;
 
 /// After so many doubted matches in a row the pose must not be used.
 const LOST_AFTER: usize = 10;
+/// A false match must not be taken for a speed that the robot cannot have, m/s and rad/s.
+const SPEED_MPS_MAX: f64 = 2.0;
+const TURN_RADPS_MAX: f64 = 2.0;
 /// The match that is doubted is repeated without points farther than this from the map, metres (30 cells of 1 cm).
 const OUTLIER_M: f64 = 0.3;
 
@@ -140,8 +144,8 @@ impl MhdPaper {
             let way = self.filter.state - before;
             let (sin, cos) = before.z.sin_cos();
             self.drive = Drive {
-                forward_mps: (way.x * cos + way.y * sin) / elapsed_s,
-                turn_radps: arborloop_base::wrap_angle(way.z) / elapsed_s,
+                forward_mps: ((way.x * cos + way.y * sin) / elapsed_s).clamp(-SPEED_MPS_MAX, SPEED_MPS_MAX),
+                turn_radps: (wrap_angle(way.z) / elapsed_s).clamp(-TURN_RADPS_MAX, TURN_RADPS_MAX),
             };
         }
     }

@@ -163,7 +163,7 @@ impl Default for GrassSpec {
     fn default() -> Self {
         GrassSpec {
             height_m: 0.05,              // assumed: a mown field; the paper says grassy
-            density_per_m: 8.0,          // assumed: a grazing beam dies within a few decimetres
+            density_per_m: 8.0,          // assumed: a grazing beam dies within a few decimeters
             height_variation_ratio: 0.3, // assumed: tufts
             patch_m: 0.8,                // assumed: tufts
             reflectivity_ratio: 0.508,   // HELIOS++ spectral library: green grass at 0.90 um

@@ -151,7 +151,7 @@ fn a_crown_dims_light_as_its_leaf_area_says() {
     // A leaf's area varies by 13 %: over thousands of leaves the sum is within a percent.
     assert!((area_m2 / volume_m3 / 2.0 - 1.0).abs() < 0.01, "{} m2/m3", area_m2 / volume_m3);
 
-    // Level rays through the crown's core: the leaves met per metre are half the leaf area density (spherical law).
+    // Level rays through the crown's core: the leaves met per meter are half the leaf area density (spherical law).
     let (mut met, mut length_m, mut rays) = (0_usize, 0.0, 0);
     for n in 0..40 {
         for m in 0..40 {
@@ -181,7 +181,7 @@ fn a_crown_dims_light_as_its_leaf_area_says() {
     let error = 4.0 * (10.0 / met as f64).sqrt();
     assert!(
         (per_m / expected - 1.0).abs() < error,
-        "{per_m} leaves per metre, wanted {expected} ({rays} rays)"
+        "{per_m} leaves per meter, wanted {expected} ({rays} rays)"
     );
 }
 
@@ -276,7 +276,7 @@ fn the_trunk_map_measures_each_upright_thing_once() {
             let of_it = |solid: &&Solid| solid.class == truth.class && solid.instance == truth.instance;
             world.solids.iter().filter(of_it).any(|solid| solid.shape.contains(&point))
         };
-        // Slopes of a few degrees move the section by a millimetre or two.
+        // Slopes of a few degrees move the section by a millimeter or two.
         assert!(inside(0.0) && inside(0.95) && !inside(1.05), "{truth:?}");
     }
     // Body from radius 0.13 at 0.035 m to 0.03 at 0.72 m.

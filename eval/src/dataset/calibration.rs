@@ -16,7 +16,7 @@ fn text(settings: &RecorderSettings) -> String {
     let datum = &settings.datum;
     let mut yaml = format!(
         "# Mounts: base_from_sensor; a point p in the sensor's frame is base_from_sensor * p on the base.\n\
-         # Translations in metres, quaternions as x, y, z, w. Frames follow REP-103.\n\
+         # Translations in meters, quaternions as x, y, z, w. Frames follow REP-103.\n\
          datum: {{latitude_deg: {}, longitude_deg: {}, altitude_m: {}}}\nmounts:\n",
         datum.latitude_deg, datum.longitude_deg, datum.altitude_m
     );

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Semi-major axis of WGS-84, metres.
+/// Semi-major axis of WGS-84, meters.
 const SEMI_MAJOR_M: f64 = 6_378_137.0;
 /// Flattening of WGS-84.
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
@@ -17,12 +17,12 @@ pub struct Datum {
     pub latitude_deg: f64,
     /// Longitude, degrees, east positive.
     pub longitude_deg: f64,
-    /// Height above the ellipsoid, metres.
+    /// Height above the ellipsoid, meters.
     pub altitude_m: f64,
 }
 
 impl Datum {
-    /// The point at an east, north, up offset in metres.
+    /// The point at an east, north, up offset in meters.
     pub(super) fn offset(&self, enu_m: &Vector3<f64>) -> Datum {
         from_ecef(&(to_ecef(self) + self.ecef_from_enu() * enu_m))
     }
@@ -32,7 +32,7 @@ impl Datum {
         [self.latitude_deg, self.longitude_deg, self.altitude_m].iter().all(|number| number.is_finite())
     }
 
-    /// East, north, up of a point as seen from here, metres.
+    /// East, north, up of a point as seen from here, meters.
     pub(super) fn offset_to(&self, point: &Datum) -> Vector3<f64> {
         self.ecef_from_enu().transpose() * (to_ecef(point) - to_ecef(self))
     }

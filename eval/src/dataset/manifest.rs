@@ -60,7 +60,7 @@ impl Manifest {
             duration_ns: recorded.duration.nanos(),
             frames: frames.map(|(frame, meaning)| (frame.to_owned(), meaning.to_owned())).into(),
             topics: recorded.topics.clone(),
-            units: "metres, radians, seconds, kilograms; stamps count from the start of the simulated clock, which \
+            units: "meters, radians, seconds, kilograms; stamps count from the start of the simulated clock, which \
                     reads 1 s when the run begins"
                 .to_owned(),
         }

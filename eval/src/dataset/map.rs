@@ -82,7 +82,7 @@ impl Settings {
         }
         let resolution_m = number("resolution", None)?;
         if resolution_m <= 0.0 {
-            return Err(refuse("resolution", "a positive number of metres"));
+            return Err(refuse("resolution", "a positive number of meters"));
         }
         let image = values.get("image").filter(|image| !image.is_empty());
         let image = image.ok_or_else(|| refuse("image", "the name of a PGM file"))?.to_string();

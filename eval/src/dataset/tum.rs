@@ -1,4 +1,4 @@
-//! Trajectories as TUM text: `stamp x y z qx qy qz qw` per line, metres, unit quaternion, lines with `#` are remarks.
+//! Trajectories as TUM text: `stamp x y z qx qy qz qw` per line, meters, unit quaternion, lines with `#` are remarks.
 //!
 //! Stamps go through decimal digits, never through floating point: a nanosecond written is a nanosecond read.
 

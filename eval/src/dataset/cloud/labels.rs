@@ -5,7 +5,7 @@ use crate::dataset::error::Refusal;
 use crate::dataset::ros2::{Header, PointCloud2};
 use arborloop_base::{Label, Sweep, Time};
 
-/// Class (u8, the numbers of `Class`), instance (u32), true range in metres and incidence in radians (f32, NaN where
+/// Class (u8, the numbers of `Class`), instance (u32), true range in meters and incidence in radians (f32, NaN where
 /// nothing was met).
 const LAYOUT: [(&str, u32, u8); 4] = [
     ("class", 0, datatype::UINT8),

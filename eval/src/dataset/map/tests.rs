@@ -39,7 +39,7 @@ fn a_refused_map_names_file_key_found_and_wanted() {
     std::fs::write(dir.path().join("m.pgm"), b"P5 1 1 255\n\x00").unwrap();
     for (text, wanted) in [
         (good.replace("0.1", "wide"), "`resolution`: found `wide`; wanted a number"),
-        (good.replace("0.1", "-1"), "wanted a positive number of metres"),
+        (good.replace("0.1", "-1"), "wanted a positive number of meters"),
         (good.replace("0.1", "nan"), "`resolution`: found `nan`"),
         (good.replace("image: m.pgm", ""), "`image`: found nothing"),
         (good.replace("[0, 0, 0]", "[0, 0]"), "`origin`: found `[0, 0]`; wanted [x, y, yaw]"),
