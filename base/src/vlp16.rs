@@ -213,7 +213,7 @@ mod tests {
                 Return {
                     azimuth_rad: wrap_angle(2.9 - 10.0 * TAU * fired_after.seconds()),
                     elevation_rad: ELEVATION_DEG[laser].to_radians(),
-                    range_m: (n % 3 != 0).then(|| 0.5 + 0.0117 * (n % 5000) as f64),
+                    range_m: (n % 3 != 0).then_some(0.5 + 0.0117 * (n % 5000) as f64),
                     ring: ring_of(laser),
                     number: 0,
                     fired_after,
@@ -268,9 +268,9 @@ mod tests {
 
     #[test]
     fn rings_rank_the_elevations() {
-        for laser in 0..LASERS {
+        for (laser, elevation) in ELEVATION_DEG.into_iter().enumerate() {
             assert_eq!(laser_of(ring_of(laser)), laser);
-            assert_eq!(ELEVATION_DEG[laser], -15.0 + 2.0 * f64::from(ring_of(laser)));
+            assert_eq!(elevation, -15.0 + 2.0 * f64::from(ring_of(laser)));
         }
     }
 
