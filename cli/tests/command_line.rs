@@ -29,6 +29,11 @@ fn with_code(folder: &Path, arguments: &[&str], code: i32) -> (String, String) {
     (out, err)
 }
 
+/// Long messages are broken into lines with a bar before each: one line again.
+fn flat(message: &str) -> String {
+    message.replace(['│', '|'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 #[test]
 fn what_is_refused_is_refused_with_its_place_and_exit_code_three() {
     let folder = tempfile::tempdir().unwrap();
@@ -66,9 +71,7 @@ fn what_is_refused_is_refused_with_its_place_and_exit_code_three() {
     ];
     for (arguments, words) in refused {
         let (_, err) = with_code(at, arguments, 3);
-        // Long messages are broken into lines with a bar before each.
-        let flat = err.replace(['\n', '│', '|'], " ");
-        let flat = flat.split_whitespace().collect::<Vec<_>>().join(" ");
+        let flat = flat(&err);
         for word in words {
             assert!(flat.contains(word), "{arguments:?}: `{word}` is missing in\n{err}");
         }
@@ -80,7 +83,7 @@ fn usage_and_empty_selections_have_exit_codes_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
     with_code(folder.path(), &["walk"], 2);
     let (_, err) = with_code(folder.path(), &["run", "cone-field-go1", "--system", "mdh"], 2);
-    assert!(err.contains("did you mean `mhd`"), "{err}");
+    assert!(flat(&err).contains("did you mean `mhd`"), "{err}");
     with_code(folder.path(), &["eval", "a.tum", "b.tum"], 2);
     with_code(folder.path(), &["run", "cone-field-go1", "--expect", "mhd"], 2);
     with_code(folder.path(), &["run", "cone-field-go1", "--threads", "0"], 2);
