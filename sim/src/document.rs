@@ -162,7 +162,11 @@ fn explain(message: &str) -> (String, Option<String>) {
 pub fn suggest(found: &str, known: &[&str]) -> String {
     let nearest = known
         .iter()
-        .map(|name| (strsim::jaro_winkler(found, name), name))
+        .map(|name| {
+            // Two letters swapped in a short name are one slip, however unlike the names are letter by letter.
+            let slip = strsim::damerau_levenshtein(found, name) <= 1;
+            (if slip { 1.0 } else { strsim::jaro_winkler(found, name) }, name)
+        })
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(likeness, _)| *likeness > 0.7);
     let listing = if known.is_empty() { "none".into() } else { known.join(", ") };
