@@ -163,9 +163,10 @@ pub fn suggest(found: &str, known: &[&str]) -> String {
     let nearest = known
         .iter()
         .map(|name| {
-            // Two letters swapped in a short name are one slip, however unlike the names are letter by letter.
+            // Two letters swapped in a short name are one slip, however unlike the names are letter by letter. Of two
+            // names one slip away, the more alike is meant: `cone` is `cones`, not `none`.
             let slip = strsim::damerau_levenshtein(found, name) <= 1;
-            (if slip { 1.0 } else { strsim::jaro_winkler(found, name) }, name)
+            (strsim::jaro_winkler(found, name) + if slip { 1.0 } else { 0.0 }, name)
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .filter(|(likeness, _)| *likeness > 0.7);
