@@ -5,6 +5,7 @@
 
 pub mod footprint;
 mod grass;
+mod haze;
 pub mod planting;
 mod shape;
 mod spec;
@@ -13,14 +14,17 @@ mod terrain;
 mod tree;
 mod trunks;
 mod waves;
+pub mod wind;
 
 pub use grass::Grass;
+pub use haze::{Haze, LeafAngle, Outline};
 pub use planting::{cones, surroundings};
 pub use shape::{Bounds, Frustum, Leaf};
 pub use spec::{ConesSpec, GrassSpec, Planting, SpecError, SurroundingsSpec, TerrainSpec, WorldSpec};
 pub use terrain::Terrain;
 pub use tree::{Crown, Prototype};
 pub use trunks::{TRUNK_HEIGHT_M, TrunkTruth, trunk_map};
+pub use wind::{Hinge, Sway, Wind, WindSpec};
 
 use arborloop_base::{Class, Seed};
 use nalgebra::{Point2, Similarity3};
@@ -36,8 +40,10 @@ pub struct World {
     pub solids: Vec<Solid>,
     /// Branches and leaves, each shared by every plant that is grown from it.
     pub prototypes: Vec<Prototype>,
-    /// Where prototypes stand.
+    /// Where prototypes stand. A tree may be several plants, one a limb, that share an instance.
     pub plants: Vec<Plant>,
+    /// What moves the plants.
+    pub wind: Wind,
 }
 
 /// A piece of something that a body can touch. A cone is several pieces that share one instance.
@@ -62,6 +68,8 @@ pub struct Plant {
     pub world_from_plant: Similarity3<f64>,
     /// Instance of its branches and leaves, and of its trunk if it has one; counted from 1.
     pub instance: u32,
+    /// Where it gives way to the wind.
+    pub hinge: Hinge,
 }
 
 /// Grows the world that a spec and a seed name. Every object has its own address of chance: one more tree moves no
@@ -83,5 +91,6 @@ pub fn build(spec: &WorldSpec, seed: Seed) -> World {
     };
     let ring = surroundings::grow(&spec.surroundings, center, &terrain, seed);
     solids.extend(ring.trunks);
-    World { terrain, grass, solids, prototypes: ring.prototypes, plants: ring.plants }
+    let wind = Wind::new(&spec.wind, &ring.plants, seed);
+    World { terrain, grass, solids, prototypes: ring.prototypes, plants: ring.plants, wind }
 }

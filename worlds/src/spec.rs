@@ -1,5 +1,6 @@
 //! What a scenario may say about its world: plain values with units in their names, defaults with their source, limits.
 
+use crate::wind::WindSpec;
 use serde::{Deserialize, Serialize};
 
 /// The world of a scenario.
@@ -14,6 +15,8 @@ pub struct WorldSpec {
     pub planting: Planting,
     /// The ring of trees and bushes far around.
     pub surroundings: SurroundingsSpec,
+    /// What moves the leaves.
+    pub wind: WindSpec,
 }
 
 /// Ground relief: a slope, undulation and bumps. The ground is at height 0 at the world's origin.
@@ -240,7 +243,8 @@ impl WorldSpec {
         self.terrain.check()?;
         self.grass.check()?;
         self.planting.check()?;
-        self.surroundings.check()
+        self.surroundings.check()?;
+        self.wind.check()
     }
 }
 
@@ -344,7 +348,7 @@ fn error(table: &str, key: &str, found: impl ToString, wanted: String) -> SpecEr
 }
 
 /// A number that is not finite is in no range.
-fn within(table: &str, key: &str, value: f64, low: f64, high: f64) -> Result<(), SpecError> {
+pub(crate) fn within(table: &str, key: &str, value: f64, low: f64, high: f64) -> Result<(), SpecError> {
     if (low..=high).contains(&value) {
         return Ok(());
     }

@@ -1,6 +1,8 @@
 //! How one tree or bush is grown: branches and a crown of leaves, in its own frame.
 
+use crate::haze::Haze;
 use crate::shape::{Frustum, Leaf};
+use crate::wind::LEAVES_PER_SHOOT;
 use arborloop_base::{Draws, Stream};
 use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -8,8 +10,10 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Branches and leaves in the plant frame: origin where the trunk leaves the ground, z up, meters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prototype {
-    /// Leaves; they stop a beam and no body.
+    /// Leaves; they stop a beam and no body. Each eight are neighbors, a shoot that moves as one in the wind.
     pub leaves: Vec<Leaf>,
+    /// The same foliage as a turbid medium; a prototype has leaves or haze, not both.
+    pub haze: Vec<Haze>,
     /// Branches; they stop a beam and no body. The trunk is none of them: it is a solid of the world.
     pub branches: Vec<Frustum>,
     /// Reflectance of a leaf near 905 nm.
@@ -126,12 +130,33 @@ fn prototype(branches: Vec<Frustum>, crown: &Crown, foliage: &Foliage, stream: S
     let mean_area_m2 = foliage.leaf_size_m.powi(2) * (1.0 + 1.0 / 243.0);
     let count = (foliage.leaf_area_per_m * crown.volume_m3() / mean_area_m2).round() as u64;
     let stream = stream.child(1);
+    let mut leaves: Vec<Leaf> =
+        (0..count).map(|index| leaf(crown, foliage.leaf_size_m, &mut stream.at(index))).collect();
+    gather_shoots(&mut leaves);
     Prototype {
-        leaves: (0..count).map(|index| leaf(crown, foliage.leaf_size_m, &mut stream.at(index))).collect(),
+        leaves,
+        haze: Vec::new(),
         branches,
         leaf_reflectivity_ratio: foliage.leaf_reflectivity_ratio,
         bark_reflectivity_ratio: foliage.bark_reflectivity_ratio,
     }
+}
+
+/// Orders leaves so that each [`LEAVES_PER_SHOOT`] in a row are neighbors: halves by the widest axis, down to a shoot.
+pub(crate) fn gather_shoots(leaves: &mut [Leaf]) {
+    if leaves.len() <= LEAVES_PER_SHOOT {
+        return;
+    }
+    let Some(first) = leaves.first().map(|leaf| leaf.center) else { return };
+    let (low, high) = leaves
+        .iter()
+        .fold((first, first), |(low, high), leaf| (low.inf(&leaf.center), high.sup(&leaf.center)));
+    let axis = (high - low).imax();
+    let middle = (leaves.len() / 2).next_multiple_of(LEAVES_PER_SHOOT).min(leaves.len() - 1);
+    leaves.select_nth_unstable_by(middle, |a, b| a.center[axis].total_cmp(&b.center[axis]));
+    let (near, far) = leaves.split_at_mut(middle);
+    gather_shoots(near);
+    gather_shoots(far);
 }
 
 /// A square leaf; its normal is uniform on the sphere (the spherical leaf-angle law, whose projection factor is 1/2).

@@ -3,7 +3,7 @@
 use arborloop_base::{Cell, Class, Grid, Seed};
 use arborloop_worlds::footprint::{HeightSlice, footprint};
 use arborloop_worlds::{
-    Bounds, ConesSpec, Frustum, Leaf, Planting, Solid, SurroundingsSpec, World, WorldSpec, build,
+    Bounds, ConesSpec, Frustum, Leaf, Planting, Solid, SurroundingsSpec, WindSpec, World, WorldSpec, build,
 };
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
@@ -90,6 +90,7 @@ fn agrees_with_thrown_points(world: &World, grid: &Grid<Cell>, points: &[Point2<
 fn cones_on_uneven_ground_fill_the_cells_that_thrown_points_hit() {
     let spec = WorldSpec {
         surroundings: SurroundingsSpec { trees: 0, bushes: 0, ..SurroundingsSpec::default() },
+        wind: WindSpec::default(),
         ..WorldSpec::default()
     };
     let world = build(&spec, Seed(2));
@@ -123,6 +124,7 @@ fn only(shape: Frustum) -> World {
     let spec = WorldSpec {
         planting: Planting::Cones(ConesSpec { count: 0, ..ConesSpec::default() }),
         surroundings: SurroundingsSpec { trees: 0, bushes: 0, ..SurroundingsSpec::default() },
+        wind: WindSpec::default(),
         ..WorldSpec::default()
     };
     let mut world = build(&spec, Seed(1));

@@ -2,8 +2,8 @@
 
 use arborloop_base::{Class, Seed};
 use arborloop_worlds::{
-    ConesSpec, GrassSpec, Planting, Solid, SurroundingsSpec, Terrain, TerrainSpec, World, WorldSpec, build,
-    cones, trunk_map,
+    ConesSpec, GrassSpec, Planting, Solid, SurroundingsSpec, Terrain, TerrainSpec, WindSpec, World,
+    WorldSpec, build, cones, trunk_map,
 };
 use nalgebra::{Point2, Point3};
 use std::f64::consts::PI;
@@ -19,6 +19,7 @@ fn bare(planting: Planting) -> WorldSpec {
         grass: GrassSpec { height_m: 0.0, ..GrassSpec::default() },
         planting,
         surroundings: SurroundingsSpec { trees: 0, bushes: 0, ..SurroundingsSpec::default() },
+        wind: WindSpec::default(),
     }
 }
 

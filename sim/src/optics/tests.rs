@@ -1,8 +1,8 @@
 use super::*;
 use arborloop_base::Seed;
 use arborloop_worlds::{
-    GrassSpec, Plant as WorldPlant, Planting, Solid as WorldSolid, SurroundingsSpec, TerrainSpec, WorldSpec,
-    build,
+    GrassSpec, Plant as WorldPlant, Planting, Solid as WorldSolid, SurroundingsSpec, TerrainSpec, WindSpec,
+    WorldSpec, build,
 };
 use nalgebra::{Unit, UnitQuaternion};
 
@@ -12,11 +12,18 @@ fn bare() -> WorldSpec {
         grass: GrassSpec { height_m: 0.0, ..GrassSpec::default() },
         planting: Planting::None,
         surroundings: SurroundingsSpec { trees: 0, bushes: 0, ..SurroundingsSpec::default() },
+        wind: WindSpec::default(),
     }
 }
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> Ray {
-    Ray { origin: Point3::from(origin), direction: Vector3::from(direction).normalize(), range_m_max: 100.0 }
+    along(Point3::from(origin), Vector3::from(direction).normalize(), 100.0)
+}
+
+/// A ray that gets through all grass.
+fn along(origin: Point3<f64>, direction: Vector3<f64>, range_m_max: f64) -> Ray {
+    let stamp = Time::SIMULATION_START;
+    Ray { stamp, origin, direction, range_m_min: 0.0, range_m_max, depth: f64::INFINITY }
 }
 
 /// Rays from one place in every direction, by the golden spiral.
@@ -34,12 +41,12 @@ fn level_ground_is_met_where_geometry_says() {
     for (down, bearing) in [(1.0_f64, 0.3_f64), (3.0, 2.0), (15.0, -1.0), (89.0, 0.0), (90.0, 0.0)] {
         let (sin, cos) = down.to_radians().sin_cos();
         let beam = ray([0.3, -0.2, 0.45], [cos * bearing.cos(), cos * bearing.sin(), -sin]);
-        let hit = optics.cast(&beam, f64::INFINITY).unwrap();
+        let hit = optics.cast(&beam).unwrap();
         assert!((hit.range_m - 0.45 / sin).abs() < 1e-9, "{down} deg: {}", hit.range_m);
         assert_eq!(hit.class, Class::Ground);
         assert!((hit.cos_incidence - sin).abs() < 1e-9);
     }
-    assert_eq!(optics.cast(&ray([0.0, 0.0, 0.45], [1.0, 0.0, 0.01]), f64::INFINITY), None);
+    assert_eq!(optics.cast(&ray([0.0, 0.0, 0.45], [1.0, 0.0, 0.01])), None);
 }
 
 #[test]
@@ -50,12 +57,12 @@ fn uneven_ground_is_met_on_its_own_surface() {
     let origin = Point3::new(0.7, 1.3, world.terrain.height_m(0.7, 1.3) + 0.45);
     let mut met = 0;
     for direction in all_around(4000) {
-        let beam = Ray { origin, direction, range_m_max: 100.0 };
+        let beam = along(origin, direction, 100.0);
         let reach = |range: f64| {
             let point = origin + direction * range;
             point.z - world.terrain.height_m(point.x, point.y)
         };
-        match optics.cast(&beam, f64::INFINITY) {
+        match optics.cast(&beam) {
             Some(hit) => {
                 met += 1;
                 assert!(reach(hit.range_m).abs() < 1e-7, "off the surface by {}", reach(hit.range_m));
@@ -91,7 +98,7 @@ fn grass_lets_light_through_as_beer_and_lambert_say() {
     let count = 20_000;
     let through = (0..count)
         .filter(|&n| {
-            let hit = optics.cast(&beam, stream.at(n).exponential()).unwrap();
+            let hit = optics.cast(&Ray { depth: stream.at(n).exponential(), ..beam }).unwrap();
             assert!(hit.range_m >= (0.45 - height) / sin - 1e-9 && hit.range_m <= 0.45 / sin + 1e-9);
             hit.class == Class::Ground
         })
@@ -142,7 +149,7 @@ fn a_crowded_world_is_met_as_a_search_through_every_surface_says() {
     let origin = Point3::new(1.0, 0.5, 0.45);
     let mut met_leaves = 0;
     for direction in all_around(6000) {
-        let beam = Ray { origin, direction, range_m_max: 60.0 };
+        let beam = along(origin, direction, 60.0);
         let solids = world
             .solids
             .iter()
@@ -159,7 +166,7 @@ fn a_crowded_world_is_met_as_a_search_through_every_surface_says() {
         });
         let ground = (direction.z < 0.0).then(|| -origin.z / direction.z).filter(|range| *range < 60.0);
         let slow = solids.chain(plants).map(|crossing| crossing.range_m).chain(ground).reduce(f64::min);
-        let fast = optics.cast(&beam, f64::INFINITY);
+        let fast = optics.cast(&beam);
         met_leaves += usize::from(fast.is_some_and(|hit| hit.class == Class::Leaf));
         match (fast, slow) {
             (Some(fast), Some(slow)) => {

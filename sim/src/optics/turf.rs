@@ -61,6 +61,8 @@ impl Turf {
                     // Blades stand at every angle: the mean cosine of a random one.
                     cos_incidence: 0.5,
                     reflectivity_ratio: self.grass_reflectivity_ratio,
+                    transmittance_ratio: 0.0,
+                    displacement_m: Vector3::zeros(),
                 }),
                 (_, Some(range_m)) => {
                     let normal = Vector3::new(-stretch.slope[0], -stretch.slope[1], 1.0).normalize();
@@ -70,6 +72,8 @@ impl Turf {
                         instance: 0,
                         cos_incidence: (normal.dot(&ray.direction).abs() / ray.direction.norm()).min(1.0),
                         reflectivity_ratio: self.soil_reflectivity_ratio,
+                        transmittance_ratio: 0.0,
+                        displacement_m: Vector3::zeros(),
                     })
                 }
                 _ => None,

@@ -147,14 +147,17 @@ impl Lidar {
         let (sin_azimuth, cos_azimuth) = azimuth_rad.sin_cos();
         let (moment, share) = motion.moment(stamp);
         let world_from_lidar = moment.pose(share) * self.base_from_lidar;
+        let mut draws = self.noise.at(index);
         let ray = Ray {
+            stamp,
             origin: world_from_lidar * Point3::new(0.0, 0.0, beam.offset_m),
             direction: world_from_lidar
                 * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin),
+            range_m_min: 0.0,
             range_m_max: self.spec.range_m_max,
+            depth: draws.exponential(),
         };
-        let mut draws = self.noise.at(index);
-        let hit = optics.cast(&ray, draws.exponential());
+        let hit = optics.cast(&ray);
         let noise_m = draws.normal() * self.spec.range_noise_m;
         let kept = !draws.chance(self.spec.dropout_ratio);
         let seen = hit.filter(|hit| kept && hit.range_m >= self.spec.range_m_min);
@@ -201,7 +204,7 @@ fn reflectivity_byte(hit: &Hit) -> f32 {
 mod tests {
     use super::*;
     use arborloop_base::Seed;
-    use arborloop_worlds::{GrassSpec, Planting, SurroundingsSpec, TerrainSpec, WorldSpec, build};
+    use arborloop_worlds::{GrassSpec, Planting, SurroundingsSpec, TerrainSpec, WindSpec, WorldSpec, build};
 
     fn level_ground() -> Optics {
         let spec = WorldSpec {
@@ -209,6 +212,7 @@ mod tests {
             grass: GrassSpec { height_m: 0.0, ..GrassSpec::default() },
             planting: Planting::None,
             surroundings: SurroundingsSpec { trees: 0, bushes: 0, ..SurroundingsSpec::default() },
+            wind: WindSpec::default(),
         };
         Optics::new(&build(&spec, Seed(1)))
     }

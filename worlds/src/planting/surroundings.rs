@@ -4,9 +4,9 @@ use crate::shape::Frustum;
 use crate::spec::SurroundingsSpec;
 use crate::terrain::Terrain;
 use crate::tree::{self, Crown, Foliage, GOLDEN_ANGLE, Prototype};
-use crate::{Plant, Solid};
+use crate::{Hinge, Plant, Solid};
 use arborloop_base::{Class, Seed, Stream};
-use nalgebra::{Point2, Similarity3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point2, Point3, Similarity3, Translation3, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 
 /// Trees grown apart; more trees repeat them turned and scaled.
@@ -54,7 +54,8 @@ pub(crate) fn grow(spec: &SurroundingsSpec, center: Point2<f64>, terrain: &Terra
     for index in 0..spec.trees {
         let world_from_plant = place(spec, center, terrain, tree_places, index);
         let instance = index as u32 + 1;
-        ring.plants.push(Plant { prototype: index % TREE_PROTOTYPES, world_from_plant, instance });
+        let hinge = hinge(&tree_crown, &world_from_plant);
+        ring.plants.push(Plant { prototype: index % TREE_PROTOTYPES, world_from_plant, instance, hinge });
         ring.trunks.push(Solid {
             class: Class::Trunk,
             instance,
@@ -64,20 +65,35 @@ pub(crate) fn grow(spec: &SurroundingsSpec, center: Point2<f64>, terrain: &Terra
     }
     let bush_places = seed.stream("world/surroundings/bush");
     for index in 0..spec.bushes {
+        let world_from_plant = place(spec, center, terrain, bush_places, index);
         ring.plants.push(Plant {
             prototype: kinds + index % BUSH_PROTOTYPES,
-            world_from_plant: place(spec, center, terrain, bush_places, index),
+            world_from_plant,
             instance: (spec.trees + index) as u32 + 1,
+            hinge: hinge(&bush_crown, &world_from_plant),
         });
     }
     ring
+}
+
+/// A plant of one piece turns about the lower end of its crown.
+fn hinge(crown: &Crown, world_from_plant: &Similarity3<f64>) -> Hinge {
+    let scale = world_from_plant.scaling();
+    let half_height_m = crown.half_height_m;
+    Hinge {
+        foot: world_from_plant * Point3::origin(),
+        height_m: scale * (crown.center_m + half_height_m),
+        fork: world_from_plant * Point3::new(0.0, 0.0, crown.center_m - half_height_m),
+        // The farthest point of an ellipsoid from its lower end is at most this far.
+        reach_m: scale * (2.0 * half_height_m).hypot(crown.radius_m),
+    }
 }
 
 /// From 10 cm under the ground, so that no slope shows its foot, into the crown; plant frame.
 fn trunk(crown: &Crown, radius_m: f64) -> Frustum {
     let buried_m = 0.1;
     Frustum {
-        base: nalgebra::Point3::new(0.0, 0.0, -buried_m),
+        base: Point3::new(0.0, 0.0, -buried_m),
         axis: Vector3::z_axis(),
         height_m: crown.center_m + 0.3 * crown.half_height_m + buried_m,
         radius_base_m: radius_m,
