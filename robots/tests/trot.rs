@@ -284,7 +284,7 @@ fn a_robot_walks_as_told_within_a_few_percent_but_never_exactly() {
         lengths.push((to.translation.vector - from.translation.vector).norm() / 9.999);
     }
     for speed in &lengths {
-        // 22 strides of 3 % scatter and the fade of the sway: four standard errors and a centimetre.
+        // 22 strides of 3 % scatter and the fade of the sway: four standard errors and a centimeter.
         assert!((speed / 0.5 - 1.0).abs() < 4.0 * 0.03 / 22_f64.sqrt() + 0.01, "{speed} m/s");
     }
     assert!(lengths.windows(2).all(|pair| pair[0] != pair[1]));

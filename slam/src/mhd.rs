@@ -33,7 +33,7 @@ use settings::MhdSettings;
 const POINTS_MIN: usize = 8;
 /// The map takes in all of the first sweeps.
 const FIRST_SWEEPS: usize = 5;
-/// A far pose must match better than the near one by this, metres.
+/// A far pose must match better than the near one by this, meters.
 const MARGIN_M: f64 = 0.02;
 /// After so many refused matches in a row the best is believed: the surroundings have changed, not the pose.
 const REFUSALS_MAX: usize = 3;

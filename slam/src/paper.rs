@@ -28,7 +28,7 @@ const LOST_AFTER: usize = 10;
 /// A false match must not be taken for a speed that the robot cannot have, m/s and rad/s.
 const SPEED_MPS_MAX: f64 = 2.0;
 const TURN_RADPS_MAX: f64 = 2.0;
-/// The match that is doubted is repeated without points farther than this from the map, metres (30 cells of 1 cm).
+/// The match that is doubted is repeated without points farther than this from the map, meters (30 cells of 1 cm).
 const OUTLIER_M: f64 = 0.3;
 
 /// The system; see the module.

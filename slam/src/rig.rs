@@ -5,7 +5,7 @@ use arborloop_base::Pose;
 /// The mounting of the lidar: all that a system is told of its robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
-    /// The lidar in the base frame, metres; the identity for planar recordings.
+    /// The lidar in the base frame, meters; the identity for planar recordings.
     pub base_from_lidar: Pose,
 }
 

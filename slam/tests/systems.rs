@@ -21,7 +21,7 @@ fn at(seconds: f64) -> Time {
     Time::SIMULATION_START + arborloop_base::Span::from_seconds(seconds)
 }
 
-/// Largest distance (metres) and heading difference (radians) between estimates and poses.
+/// Largest distance (meters) and heading difference (radians) between estimates and poses.
 fn apart(estimates: &[Estimate], poses: &[Pose2]) -> (f64, f64) {
     let each = estimates.iter().zip(poses).map(|(estimate, pose)| {
         let found = planar(&estimate.map_from_base);

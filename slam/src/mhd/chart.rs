@@ -16,13 +16,13 @@ const MISS: f32 = 0.25;
 /// A cell counts as occupied from this evidence on.
 const OCCUPIED: f32 = 0.5;
 
-/// The distance field follows a mean that has moved by more than this, metres.
+/// The distance field follows a mean that has moved by more than this, meters.
 const MOVED_M: f32 = 0.005;
 
 /// One cell of a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Spot {
-    /// Mean of its points from the cell's center, metres.
+    /// Mean of its points from the cell's center, meters.
     mean: (f32, f32),
     /// The mean that the distance field knows.
     shown: (f32, f32),

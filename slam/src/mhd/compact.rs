@@ -13,10 +13,10 @@ const BREAK_M: f64 = 0.25;
 /// A surface at 13 degrees to the beam moves by this share of its range from one bin of 0.007 rad to the next.
 const BREAK_RATIO: f64 = 0.03;
 
-/// Clearings end so far before what was met, metres: a trunk's near face must not be worn away by its own beams.
+/// Clearings end so far before what was met, meters: a trunk's near face must not be worn away by its own beams.
 pub(crate) const SHORT_M: f64 = 0.5;
 
-/// Clearings end here at the latest, metres: farther out the tilt of the body decides what a beam passes over.
+/// Clearings end here at the latest, meters: farther out the tilt of the body decides what a beam passes over.
 pub(crate) const CLEARING_M_MAX: f64 = 15.0;
 
 /// Fills `view` from the beams of one ring; `lidar_m` is the lidar in the base frame. Sorts the hits by bearing.
@@ -68,4 +68,40 @@ fn apart(a: &Hit, b: &Hit) -> bool {
 
 fn takes_part(hit: &Hit, settings: &MhdSettings) -> bool {
     hit.level_m <= settings.planar_range_m_max && hit.bearing_rad.abs() <= settings.planar_bearing_rad_max
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn hit(x: f64, y: f64) -> Hit {
+        let at = Vector3::new(x, y, 0.0);
+        Hit { at, level_m: x.hypot(y), bearing_rad: y.atan2(x), after_s: 0.0, ring: 0 }
+    }
+
+    #[test]
+    fn a_trunk_takes_part_and_a_hedge_does_not() {
+        let trunk = (0..5).map(|n| hit(3.0, 0.05 * f64::from(n)));
+        let hedge = (0..60).map(|n| hit(4.0, -6.0 + 0.08 * f64::from(n)));
+        let mut hits = Hits { met: hedge.chain(trunk).collect(), missed: Vec::new() };
+        let mut view = View::default();
+        let settings = MhdSettings::default();
+        view_of(&mut hits, Vector2::new(0.2, 0.1), &settings, &mut view);
+        assert_eq!(view.features.len(), 5);
+        assert!(view.features.iter().all(|feature| (feature.at.x - 3.2).abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_beam_clears_up_to_half_a_meter_before_what_it_met_and_a_miss_clears_to_the_limit() {
+        let hits = Hits { met: vec![hit(3.0, 0.0), hit(0.4, 0.0)], missed: vec![hit(0.0, 1.0)] };
+        let mut view = View::default();
+        let lidar_m = Vector2::new(0.2, 0.0);
+        clear(&hits, lidar_m, &MhdSettings::default(), &mut view);
+        let ends: Vec<Vector2<f64>> = view.clearings.iter().map(|clearing| clearing.to).collect();
+        assert_eq!(ends.len(), 2);
+        assert!((ends[0] - Vector2::new(2.7, 0.0)).norm() < 1e-12);
+        let far_m = CLEARING_M_MAX.min(MhdSettings::default().planar_range_m_max);
+        assert!((ends[1] - Vector2::new(0.2, far_m)).norm() < 1e-9);
+    }
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 /// One point that takes part in matching, in the flat base frame: origin at the base, x along its heading, level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Feature {
-    /// Where it was met from the base's pose at that instant, metres.
+    /// Where it was met from the base's pose at that instant, meters.
     pub(crate) at: Vector2<f64>,
     /// When it was met, after the middle of the sweep, seconds.
     pub(crate) after_s: f64,
@@ -16,9 +16,9 @@ pub(crate) struct Feature {
 /// A stretch that beams crossed without meeting anything, in the flat base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Clearing {
-    /// Where the stretch begins, metres.
+    /// Where the stretch begins, meters.
     pub(crate) from: Vector2<f64>,
-    /// Where it ends, metres.
+    /// Where it ends, meters.
     pub(crate) to: Vector2<f64>,
     /// When the beams fired, after the middle of the sweep, seconds.
     pub(crate) after_s: f64,

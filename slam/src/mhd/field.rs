@@ -17,11 +17,11 @@ const SIDE: usize = 16;
 const NODES: usize = SIDE + 1;
 /// The same in whole vectors of four.
 const LANES: usize = NODES.next_multiple_of(4);
-/// Lower bits of a key, for the index of a point: more than there are cells within a metre of a tile of 0.1 m cells. Of
+/// Lower bits of a key, for the index of a point: more than there are cells within a meter of a tile of 0.1 m cells. Of
 /// finer cells those beyond are left out.
 const INDEX_MASK: i32 = 0x7ff;
 const NO_TILE: u32 = u32::MAX;
-/// Standard deviation of a lidar's range, metres (VLP-16: 2 to 3 cm).
+/// Standard deviation of a lidar's range, meters (VLP-16: 2 to 3 cm).
 const NOISE_M: f64 = 0.02;
 /// Stands for no point within the cap.
 const NOWHERE: (f32, f32) = (1e6, 1e6);
@@ -29,7 +29,7 @@ const NOWHERE: (f32, f32) = (1e6, 1e6);
 /// Distances in one tile.
 #[derive(Debug, Clone)]
 struct Tile {
-    /// Nearest point of every cell center, metres from the tile's first cell center; far away for none.
+    /// Nearest point of every cell center, meters from the tile's first cell center; far away for none.
     nearest: [(f32, f32); NODES * NODES],
     coarse: [u8; SIDE * SIDE],
 }
@@ -53,7 +53,7 @@ pub(crate) struct Field {
 /// Distance and its gradient at one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Slope {
-    /// Distance to the map, metres.
+    /// Distance to the map, meters.
     pub(crate) distance_m: f64,
     /// Derivatives along x and y.
     pub(crate) along: (f64, f64),
@@ -71,12 +71,12 @@ impl Field {
         }
     }
 
-    /// Largest distance that the field tells, metres.
+    /// Largest distance that the field tells, meters.
     pub(crate) fn cap_m(&self) -> f64 {
         self.cap_m
     }
 
-    /// Side of a cell, metres.
+    /// Side of a cell, meters.
     pub(crate) fn cell_m(&self) -> f64 {
         self.cell_m
     }

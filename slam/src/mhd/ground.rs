@@ -3,7 +3,7 @@
 use super::hits::Hit;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-/// Only ground nearer than this is plane enough, metres.
+/// Only ground nearer than this is plane enough, meters.
 const LEVEL_M_MAX: f64 = 10.0;
 /// Fewer returns on the plane make no ground.
 const INLIERS_MIN: usize = 60;
@@ -11,7 +11,7 @@ const INLIERS_MIN: usize = 60;
 const SLOPE_MAX: f64 = 0.47;
 /// Every n-th return is enough for a plane.
 const STRIDE: usize = 4;
-/// Widths of the weights above and below the plane, metres, from the first look to the last. Grass, weeds and stems
+/// Widths of the weights above and below the plane, meters, from the first look to the last. Grass, weeds and stems
 /// stand above the ground and nothing lies below it, so the plane is pulled down.
 const WIDTHS_M: [(f64, f64); 6] =
     [(0.4, 0.8), (0.25, 0.5), (0.15, 0.4), (0.12, 0.3), (0.12, 0.3), (0.12, 0.3)];
@@ -72,7 +72,7 @@ impl Ground {
         Rotation3::from_axis_angle(&Vector3::z_axis(), -forward.y.atan2(forward.x)) * tilt
     }
 
-    /// Height of the lidar above the plane, metres.
+    /// Height of the lidar above the plane, meters.
     pub(crate) fn lidar_height_m(&self) -> f64 {
         self.height_m / (1.0 + self.slope_x * self.slope_x + self.slope_y * self.slope_y).sqrt()
     }

@@ -9,7 +9,7 @@ use super::upright::RingImage;
 use nalgebra::{Rotation3, Vector2, Vector3};
 use std::f64::consts::{PI, TAU};
 
-/// Returns of a bin that lie this much behind its nearest are still the same thing, metres.
+/// Returns of a bin that lie this much behind its nearest are still the same thing, meters.
 const SAME_THING_M: f64 = 0.2;
 /// Bearing bins of the clearings.
 const CLEARING_BINS: usize = 360;
@@ -201,5 +201,82 @@ fn clearings(hits: &Hits, stance: &Stance, bins: &[Bin], settings: &MhdSettings,
                 layer,
             });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sixteen rings over level ground half a meter below, with a post of 5 cm radius every 30 degrees, 4 m away.
+    fn grove() -> Hits {
+        let mut hits = Hits::default();
+        for column in 0..1800_u32 {
+            let bearing_rad = (f64::from(column) + 0.5) / 1800.0 * TAU - PI;
+            let from_post = (bearing_rad / PI * 6.0).fract().abs();
+            let sees_post = (from_post.min(1.0 - from_post) * PI / 6.0 * 4.0) < 0.05;
+            for ring in 0..16_u16 {
+                let rise = (2.0 * f64::from(ring) - 15.0).to_radians().tan();
+                let ground_m = if rise < 0.0 { -0.5 / rise } else { f64::INFINITY };
+                let level_m = if sees_post { ground_m.min(4.0) } else { ground_m };
+                let hit = |level_m: f64| Hit {
+                    at: Vector3::new(bearing_rad.cos(), bearing_rad.sin(), rise) * level_m,
+                    level_m,
+                    bearing_rad,
+                    after_s: 0.0,
+                    ring,
+                };
+                if level_m.is_finite() { hits.met.push(hit(level_m)) } else { hits.missed.push(hit(1.0)) }
+            }
+        }
+        hits
+    }
+
+    fn view_on(settings: &MhdSettings) -> View {
+        let (mut slicer, mut view) = (Slicer::default(), View::default());
+        let hits = grove();
+        slicer.view_of(&hits, 16, Vector3::new(0.0, 0.0, 0.2), settings, &mut view);
+        slicer.clear(&hits, settings, &mut view);
+        view
+    }
+
+    #[test]
+    fn features_are_the_posts_and_nothing_of_the_ground() {
+        let view = view_on(&MhdSettings::default());
+        assert!(view.features.len() >= 12, "{}", view.features.len());
+        for feature in &view.features {
+            assert!((feature.at.norm() - 4.0).abs() < 0.01, "{feature:?}");
+            let to_post = (feature.at.y.atan2(feature.at.x) / PI * 6.0).fract().abs();
+            assert!(to_post.min(1.0 - to_post) * PI / 6.0 * 4.0 < 0.06, "{feature:?}");
+        }
+        // Twelve posts, each in every layer that the beams see at 4 m: 0.15 m to 1.57 m above the ground.
+        for layer in 0..4 {
+            assert!(view.features.iter().any(|feature| feature.layer == layer), "layer {layer}");
+        }
+    }
+
+    #[test]
+    fn clearings_stay_within_their_layers_beams_and_end_before_the_posts() {
+        let settings = MhdSettings::default();
+        let view = view_on(&settings);
+        assert!(!view.clearings.is_empty());
+        for clearing in &view.clearings {
+            assert!(clearing.from.norm() < clearing.to.norm());
+            assert!(clearing.to.norm() <= CLEARING_M_MAX + 1e-9);
+            let bearing_rad = clearing.to.y.atan2(clearing.to.x);
+            let to_post = (bearing_rad / PI * 6.0).fract().abs();
+            if to_post.min(1.0 - to_post) * PI / 6.0 * 4.0 < 0.03 {
+                assert!(clearing.to.norm() <= 4.0 - SHORT_M + 0.01, "{clearing:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_seen_is_nothing_said() {
+        let (mut slicer, mut view) = (Slicer::default(), View::default());
+        let (hits, settings) = (Hits::default(), MhdSettings::default());
+        slicer.view_of(&hits, 16, Vector3::zeros(), &settings, &mut view);
+        slicer.clear(&hits, &settings, &mut view);
+        assert!(view.features.is_empty() && view.clearings.is_empty());
     }
 }

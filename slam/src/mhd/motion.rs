@@ -18,7 +18,7 @@ const TURN_RADPS_MAX: f64 = 6.0;
 pub(crate) struct Motion {
     /// The instant of the pose.
     pub(crate) stamp: Time,
-    /// x, y (metres) and heading (radians) of the flat base frame at `stamp`; the heading is not wrapped.
+    /// x, y (meters) and heading (radians) of the flat base frame at `stamp`; the heading is not wrapped.
     pub(crate) pose: Vector3<f64>,
     /// Their rates, per second, map frame.
     pub(crate) velocity: Vector3<f64>,
@@ -57,5 +57,47 @@ impl Motion {
             pose: self.pose + self.velocity * believed_s,
             velocity: self.velocity * (-elapsed_s / MEMORY_S).exp(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arborloop_base::Span;
+
+    fn turning() -> Motion {
+        let stamp = Time::from_nanos(5_000_000_000);
+        Motion { stamp, pose: Vector3::new(1.0, -2.0, 3.0), velocity: Vector3::new(0.5, 0.1, -0.4) }
+    }
+
+    #[test]
+    fn a_point_is_placed_by_the_pose_of_its_own_instant() {
+        let at = Vector2::new(2.0, 0.7);
+        for after_s in [-0.05, 0.0, 0.05] {
+            let by_pose = turning().after(after_s) * nalgebra::Point2::from(at);
+            assert!((turning().place(&at, after_s) - by_pose.coords).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn prediction_is_at_first_the_velocitys_and_then_comes_to_rest() {
+        let motion = turning();
+        let soon = motion.predict(motion.stamp + Span::from_millis(10));
+        assert!((soon.pose - motion.pose - motion.velocity * 0.01).norm() < 1e-5);
+        let late = motion.predict(motion.stamp + Span::from_seconds(600.0));
+        assert!((late.pose - motion.pose - motion.velocity * MEMORY_S).norm() < 1e-9);
+        assert!(late.velocity.norm() < 1e-9);
+        // Two predictions in a row are one.
+        let middle = motion.predict(motion.stamp + Span::from_seconds(2.0));
+        let twice = middle.predict(motion.stamp + Span::from_seconds(3.0));
+        let once = motion.predict(motion.stamp + Span::from_seconds(3.0));
+        assert!((twice.pose - once.pose).norm() < 1e-12);
+    }
+
+    #[test]
+    fn no_velocity_stays_faster_than_a_robot() {
+        let wild = Motion { velocity: Vector3::new(3e6, 4e6, -1e9), ..turning() }.sane();
+        assert!((wild.velocity - Vector3::new(6.0, 8.0, -TURN_RADPS_MAX)).norm() < 1e-9);
+        assert_eq!(turning().sane(), turning());
     }
 }

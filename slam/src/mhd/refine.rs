@@ -26,13 +26,13 @@ const TO_PREVIOUS: f64 = 2.0;
 pub(crate) struct Match {
     /// Pose and velocity.
     pub(crate) motion: Motion,
-    /// k-best mean of the distances of all points, metres.
+    /// k-best mean of the distances of all points, meters.
     pub(crate) cost_m: f64,
-    /// Mean of the smaller half of the distances, metres: small at the right pose even where half of the view is new.
+    /// Mean of the smaller half of the distances, meters: small at the right pose even where half of the view is new.
     pub(crate) half_m: f64,
-    /// Information on x, y, heading from the points that count, per metre^2 of their noise.
+    /// Information on x, y, heading from the points that count, per meter^2 of their noise.
     pub(crate) information: Matrix3<f64>,
-    /// Mean square of the distances that count, metres^2.
+    /// Mean square of the distances that count, meters^2.
     pub(crate) square_m2: f64,
 }
 

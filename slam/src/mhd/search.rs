@@ -10,22 +10,22 @@ use std::f64::consts::PI;
 
 /// So many points are enough to rank the poses of a lattice.
 const POINTS_MAX: usize = 120;
-/// Hypotheses nearer to each other than this are one, metres and radians.
+/// Hypotheses nearer to each other than this are one, meters and radians.
 const DISTINCT_M: f64 = 0.25;
 const DISTINCT_RAD: f64 = 0.12;
 
 /// How far and how finely to search around the prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lattice {
-    /// Half the side of the square of positions, metres.
+    /// Half the side of the square of positions, meters.
     pub(crate) reach_m: f64,
     /// Half the interval of headings, radians; from pi on, the full circle.
     pub(crate) reach_rad: f64,
-    /// Distance between neighboring positions, metres; rounded to whole cells.
+    /// Distance between neighboring positions, meters; rounded to whole cells.
     pub(crate) step_m: f64,
     /// Difference between neighboring headings, radians.
     pub(crate) step_rad: f64,
-    /// What the far corner of the lattice must be better by than its center, metres.
+    /// What the far corner of the lattice must be better by than its center, meters.
     pub(crate) prior_m: f64,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Lattice {
 pub(crate) struct Hypothesis {
     /// x, y, heading; map frame.
     pub(crate) pose: Vector3<f64>,
-    /// k-best mean of the coarse distances, with the prior, metres.
+    /// k-best mean of the coarse distances, with the prior, meters.
     pub(crate) cost_m: f64,
 }
 

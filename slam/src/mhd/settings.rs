@@ -6,37 +6,37 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MhdSettings {
-    /// Nearer returns are the robot itself, metres.
+    /// Nearer returns are the robot itself, meters.
     pub range_m_min: f64,
-    /// Farther returns of a many-ring sweep are left out, metres.
+    /// Farther returns of a many-ring sweep are left out, meters.
     pub range_m_max: f64,
-    /// Farther returns of a planar sweep are left out, metres: a lone ring cannot tell far ground from a hedge.
+    /// Farther returns of a planar sweep are left out, meters: a lone ring cannot tell far ground from a hedge.
     pub planar_range_m_max: f64,
     /// Returns of a planar sweep with a larger bearing are left out, radians: who starts the robot walks behind it.
     pub planar_bearing_rad_max: f64,
-    /// Longer unbroken segments of a planar sweep are left out, metres: arcs of ground, hedges and walls slide along
+    /// Longer unbroken segments of a planar sweep are left out, meters: arcs of ground, hedges and walls slide along
     /// themselves, trunks and bushes do not.
     pub segment_m_max: f64,
-    /// Heights above ground where the layers of a many-ring sweep meet, metres, rising. Each layer has its own map,
+    /// Heights above ground where the layers of a many-ring sweep meet, meters, rising. Each layer has its own map,
     /// because a cone or a crown has another outline at another height.
     pub layer_edges_m: Vec<f64>,
-    /// Heights above ground between which the drawn map shows what is occupied, metres.
+    /// Heights above ground between which the drawn map shows what is occupied, meters.
     pub map_height_m: [f64; 2],
     /// Width of the bearing bins in which a layer keeps its nearest returns, radians.
     pub bin_rad: f64,
-    /// Side of a map cell, metres.
+    /// Side of a map cell, meters.
     pub cell_m: f64,
-    /// Distances to the map are capped here, metres.
+    /// Distances to the map are capped here, meters.
     pub distance_m_max: f64,
     /// Share of the points that counts in a match: the k of the k-best modified Hausdorff distance.
     pub keep_ratio: f64,
-    /// A match whose k-best mean is larger is poor: the full circle is searched, metres.
+    /// A match whose k-best mean is larger is poor: the full circle is searched, meters.
     pub poor_match_m: f64,
-    /// A match whose better half has a larger mean distance is refused and the prediction stands, metres.
+    /// A match whose better half has a larger mean distance is refused and the prediction stands, meters.
     pub failed_match_m: f64,
     /// After a longer pause between sweeps the full circle is searched, seconds.
     pub pause_s: f64,
-    /// A new key frame is drawn into the map after this way, metres.
+    /// A new key frame is drawn into the map after this way, meters.
     pub key_step_m: f64,
     /// A new key frame is drawn into the map after this turn, radians.
     pub key_turn_rad: f64,

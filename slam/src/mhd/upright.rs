@@ -7,7 +7,7 @@
 use super::hits::Hit;
 use std::f64::consts::{PI, TAU};
 
-/// Neighbors on one thing differ in level distance by less than this, metres.
+/// Neighbors on one thing differ in level distance by less than this, meters.
 const SAME_THING_M: f64 = 0.5;
 /// Columns of the ring image: one firing cycle of a VLP-16 at 10 Hz is 0.2 degrees.
 const COLUMNS: usize = 1800;
@@ -35,7 +35,7 @@ impl RingImage {
     }
 
     /// Whether a neighboring ring, in the same or the next column, met the same upright thing: less than half a
-    /// metre apart in level distance, and steeper than 45 degrees.
+    /// meter apart in level distance, and steeper than 45 degrees.
     pub(crate) fn is_upright(&self, hits: &[Hit], hit: &Hit) -> bool {
         let (ring, column) = (usize::from(hit.ring), column_of(hit.bearing_rad));
         let columns = [(column + COLUMNS - 1) % COLUMNS, column, (column + 1) % COLUMNS];
@@ -56,4 +56,53 @@ impl RingImage {
 fn column_of(bearing_rad: f64) -> usize {
     // Bearings may come from -pi to pi or from 0 to two pi.
     (((bearing_rad + PI).rem_euclid(TAU) / TAU * COLUMNS as f64) as usize).min(COLUMNS - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+
+    fn hit(bearing_rad: f64, level_m: f64, height_m: f64, ring: u16) -> Hit {
+        let at = Vector3::new(level_m * bearing_rad.cos(), level_m * bearing_rad.sin(), height_m);
+        Hit { at, level_m, bearing_rad, after_s: 0.0, ring }
+    }
+
+    fn upright(hits: &[Hit]) -> Vec<bool> {
+        let mut image = RingImage::default();
+        image.fill(hits, 16);
+        hits.iter().map(|hit| image.is_upright(hits, hit)).collect()
+    }
+
+    #[test]
+    fn a_trunk_is_upright_and_the_ground_around_it_is_not() {
+        // Rings 7 and 8 meet a trunk at 3 m, rings 5 and 6 the ground at 4.3 and 7.2 m.
+        let trunk = [hit(0.1, 3.0, -0.05, 7), hit(0.1, 3.0, 0.05, 8)];
+        let ground = [hit(1.0, 4.3, -0.5, 5), hit(1.0, 7.2, -0.5, 6)];
+        assert_eq!(upright(&[trunk, ground].concat()), [true, true, false, false]);
+    }
+
+    #[test]
+    fn ground_near_the_robot_is_not_upright_where_rings_come_close() {
+        // Rings at -15 and -13 degrees from half a meter: 0.3 m apart, as far as nothing upright is.
+        let rings = [0_u16, 1].map(|ring| {
+            let down = (15.0 - 2.0 * f64::from(ring)).to_radians().tan();
+            hit(2.0, 0.5 / down, -0.5, ring)
+        });
+        assert_eq!(upright(&rings), [false, false]);
+    }
+
+    #[test]
+    fn bearings_meet_across_the_seam_and_in_either_convention() {
+        let across = [hit(PI - 1e-3, 3.0, 0.0, 7), hit(-PI + 1e-3, 3.0, 0.2, 8)];
+        assert_eq!(upright(&across), [true, true]);
+        let conventions = [hit(-0.5, 3.0, 0.0, 7), hit(TAU - 0.5, 3.0, 0.2, 8)];
+        assert_eq!(upright(&conventions), [true, true]);
+    }
+
+    #[test]
+    fn of_two_in_one_place_the_nearer_counts() {
+        let hits = [hit(0.0, 3.0, 0.0, 7), hit(0.0, 9.0, 0.2, 8), hit(0.0, 3.1, 0.2, 8)];
+        assert!(upright(&hits)[0]);
+    }
 }

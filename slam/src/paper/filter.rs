@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 /// State and covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Filter {
-    /// x, y (metres), heading (radians); map frame.
+    /// x, y (meters), heading (radians); map frame.
     pub(crate) state: Vector3<f64>,
     /// Covariance of the state.
     pub(crate) covariance: Matrix3<f64>,

@@ -122,3 +122,72 @@ impl Occupancy {
         Some(grid)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use arborloop_base::{Return, Span, Sweep, Time};
+
+    /// A sweep that meets a wall 3 m ahead within half a radian, and nothing else.
+    fn slice(settings: &MhdPaperSettings) -> Slice {
+        let returns = (0..800).map(|n| {
+            let azimuth_rad = -2.9 + 0.007 * f64::from(n) + 0.0035;
+            let range_m = (azimuth_rad.abs() < 0.5).then(|| 3.0 / azimuth_rad.cos());
+            Return {
+                azimuth_rad,
+                elevation_rad: 0.0,
+                range_m,
+                ring: 0,
+                number: 0,
+                fired_after: Span::ZERO,
+                intensity: 0.0,
+            }
+        });
+        let sweep =
+            Sweep { start: Time::default(), end: Time::default(), rings: 1, returns: returns.collect() };
+        let mut slice = Slice::default();
+        slice.cut(&sweep, settings);
+        slice
+    }
+
+    #[test]
+    fn a_wall_is_occupied_the_way_to_it_is_free_and_what_lies_behind_stays_unknown() {
+        let settings = MhdPaperSettings::default();
+        let mut map = Occupancy::new(&settings);
+        assert!(map.drawing().is_none());
+        let pose = Vector3::new(1.0, 2.0, 0.7);
+        (0..3).for_each(|_| map.add(&pose, &slice(&settings), &settings));
+        let (sin, cos) = pose.z.sin_cos();
+        let state = |x: f64, y: f64| {
+            let cell = map.cell_of(pose.x + cos * x - sin * y, pose.y + sin * x + cos * y);
+            let drawing = map.drawing().unwrap();
+            let at = drawing.origin();
+            let size = drawing.resolution_m();
+            let column = cell.0 - (at.x / size).round() as i32;
+            let row = cell.1 - (at.y / size).round() as i32;
+            *drawing.get(column as usize, row as usize).unwrap()
+        };
+        for y in [-1.0, 0.0, 1.0] {
+            // Half the obstacle's thickness is added to every range.
+            assert_eq!(state(3.0 + settings.obstacle_m / 2.0, y), Cell::Occupied, "{y}");
+            assert_eq!(state(2.5, y * 0.8), Cell::Free, "{y}");
+            assert_eq!(state(3.6, y), Cell::Unknown, "{y}");
+        }
+        // Beams without a return are free to the longest range; behind 3 radians nothing looks.
+        assert_eq!(state(0.0, 8.0), Cell::Free);
+        assert_eq!(state(-8.0, 0.0), Cell::Unknown);
+    }
+
+    #[test]
+    fn evidence_adds_up_in_log_odds() {
+        let settings = MhdPaperSettings::default();
+        let mut map = Occupancy::new(&settings);
+        let pose = Vector3::new(0.0, 0.0, 0.0);
+        let wall = map.cell_of(3.0 + settings.obstacle_m / 2.0, 0.01);
+        map.add(&pose, &slice(&settings), &settings);
+        let once = map.log_odds.get(wall);
+        assert!((f64::from(once) - settings.occupied_log_odds).abs() < 1e-6);
+        map.add(&pose, &slice(&settings), &settings);
+        assert!((map.log_odds.get(wall) - 2.0 * once).abs() < 1e-6);
+    }
+}

@@ -6,24 +6,24 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MhdPaperSettings {
-    /// Heights between which the slice is cut, in the frame of the sensor, metres (paper: "e.g. 0.0 to 0.2").
+    /// Heights between which the slice is cut, in the frame of the sensor, meters (paper: "e.g. 0.0 to 0.2").
     pub slice_z_m: [f64; 2],
     /// Width of a bearing bin, radians (the authors' scans: 0.007).
     pub bin_rad: f64,
-    /// Returns nearer than the first are the robot, returns from the second on are free beams, metres (0.5, 12).
+    /// Returns nearer than the first are the robot, returns from the second on are free beams, meters (0.5, 12).
     pub range_m: [f64; 2],
     /// Returns with a larger bearing are left out, radians (3.0).
     pub bearing_rad_max: f64,
-    /// Side of a map cell, metres. The paper's is 0.01, which costs 69 s a scan in the published code; the search is as
+    /// Side of a map cell, meters. The paper's is 0.01, which costs 69 s a scan in the published code; the search is as
     /// fine as the paper's, only the raster is coarser.
     pub cell_m: f64,
     /// Share of the points that counts in a match (0.7).
     pub keep_ratio: f64,
-    /// Steps of the search in x and y, coarse to fine, metres (8, 4, 2, 1 cells of 1 cm); two to each side.
+    /// Steps of the search in x and y, coarse to fine, meters (8, 4, 2, 1 cells of 1 cm); two to each side.
     pub search_steps_m: Vec<f64>,
-    /// Step of the search in heading per step in position, radians per metre (0.03 per 1 cm); seven to each side.
+    /// Step of the search in heading per step in position, radians per meter (0.03 per 1 cm); seven to each side.
     pub search_rad_per_m: f64,
-    /// An innovation beyond this much position (metres) is doubted: outliers are dropped and the match repeated (0.4).
+    /// An innovation beyond this much position (meters) is doubted: outliers are dropped and the match repeated (0.4).
     pub gate_m: f64,
     /// Beyond this much heading (radians) the map is not updated (0.1).
     pub gate_rad: f64,
@@ -33,15 +33,15 @@ pub struct MhdPaperSettings {
     pub occupied_log_odds: f64,
     /// Log-odds that a beam adds to what it crossed (ln 1/4).
     pub free_log_odds: f64,
-    /// Thickness of an obstacle, metres (0.06).
+    /// Thickness of an obstacle, meters (0.06).
     pub obstacle_m: f64,
     /// Width of a beam, radians (1 degree).
     pub beam_rad: f64,
-    /// Standard deviations of the first state: x, y (metres), heading (radians).
+    /// Standard deviations of the first state: x, y (meters), heading (radians).
     pub start_sigma: [f64; 3],
     /// Standard deviations of the motion model: x, y (m/s), heading (rad/s).
     pub motion_sigma: [f64; 3],
-    /// Standard deviations of a match: x, y (metres), heading (radians).
+    /// Standard deviations of a match: x, y (meters), heading (radians).
     pub match_sigma: [f64; 3],
 }
 

@@ -1,7 +1,7 @@
 //! The distance transform of the map: two passes, city-block distance in cells, as in the authors' code.
 //!
 //! Their code first dilates by a 2 x 2 block and then reads one cell off; both slips bias every match by about a
-//! centimetre (the 1.6 to 2 % error of scale in the published tracks) and are left out.
+//! centimeter (the 1.6 to 2 % error of scale in the published tracks) and are left out.
 
 use crate::raster::CellIndex;
 

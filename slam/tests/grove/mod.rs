@@ -4,12 +4,12 @@ use arborloop_base::{Pose2, Return, Span, Sweep, Time, wrap_angle};
 use nalgebra::{Point2, Vector2};
 use std::f64::consts::{PI, TAU};
 
-/// Height of the lidar above the ground, metres.
+/// Height of the lidar above the ground, meters.
 pub(crate) const LIDAR_M: f64 = 0.5;
-/// Height of the posts, metres.
+/// Height of the posts, meters.
 pub(crate) const POST_M: f64 = 1.0;
 
-/// Posts: center and radius, metres.
+/// Posts: center and radius, meters.
 pub(crate) struct Grove(pub(crate) Vec<(Point2<f64>, f64)>);
 
 impl Grove {
