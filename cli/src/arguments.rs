@@ -47,7 +47,7 @@ pub(crate) enum Verb {
         #[arg(required = true)]
         files: Vec<String>,
     },
-    /// Show a scenario with every default spelled out, or a robot's tree and masses.
+    /// Show a scenario with every default spelled out, pictures of its world, or a robot's tree and masses.
     Show(Show),
     /// What comes with the program.
     List,
@@ -158,6 +158,20 @@ pub(crate) enum Shown {
         /// Put a value over the scenario's; may repeat.
         #[arg(long, value_name = "KEY=VALUE")]
         set: Vec<String>,
+    },
+    /// Pictures of a scenario's world: from above, from behind the robot, and one sweep of its lidar.
+    World {
+        /// Name of an embedded scenario, or a file.
+        scenario: String,
+        /// Seed; the scenario's own when absent.
+        #[arg(long)]
+        seed: Option<u64>,
+        /// Put a value over the scenario's; may repeat.
+        #[arg(long, value_name = "KEY=VALUE")]
+        set: Vec<String>,
+        /// Folder for top.png, view.png and sweep.png; made if it is missing.
+        #[arg(short, long)]
+        output: PathBuf,
     },
     /// A robot's links, joints, masses and sensor frames; the Go1 when no file is given.
     Robot {

@@ -30,6 +30,7 @@ mod load;
 mod output;
 mod page;
 mod progress;
+mod render;
 mod session;
 mod suite;
 mod systems;

@@ -102,6 +102,11 @@ fn what_comes_with_the_program_can_be_listed_shown_and_checked() {
     with_code(folder.path(), &["check", "resolved.toml", "smoke", "cone-field-go1"], 0);
     let (again, _) = with_code(folder.path(), &["show", "scenario", "resolved.toml"], 0);
     assert_eq!(resolved, again);
+    with_code(folder.path(), &["show", "world", "cone-field-go1-short", "-o", "pictures"], 0);
+    for name in ["top.png", "view.png", "sweep.png"] {
+        let bytes = std::fs::read(folder.path().join("pictures").join(name)).unwrap();
+        assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 5_000, "{name}: {} bytes", bytes.len());
+    }
     let (robot, _) = with_code(folder.path(), &["show", "robot"], 0);
     assert!(robot.contains("velodyne") && robot.contains("kg"), "{robot}");
 }

@@ -108,6 +108,11 @@ impl Simulator {
         &self.world
     }
 
+    /// What beams meet.
+    pub fn optics(&self) -> &Optics {
+        &self.optics
+    }
+
     /// The robot's description, with its sensors' frames.
     pub fn robot(&self) -> &Robot {
         &self.robot
