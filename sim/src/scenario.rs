@@ -14,6 +14,9 @@ pub const SCHEMA: u32 = 1;
 pub const EMBEDDED: &[(&str, &str)] = &[
     ("cone-field-go1", include_str!("../scenarios/cone-field-go1.toml")),
     ("cone-field-go1-short", include_str!("../scenarios/cone-field-go1-short.toml")),
+    ("citrus-go1", include_str!("../scenarios/citrus-go1.toml")),
+    ("citrus-go1-short", include_str!("../scenarios/citrus-go1-short.toml")),
+    ("orchard-go1", include_str!("../scenarios/orchard-go1.toml")),
 ];
 
 /// Everything that exists in a run, every default spelled out.

@@ -3,13 +3,14 @@
 //! Every solid, branch and leaf is cut by the slice, seen from above, and every cell that its outline touches is
 //! occupied. Outlines are exact up to two limits, both far below a cell: round sections are polygons of
 //! [`SIDES`] corners drawn around the circle (at most 0.5 % too wide), and the ground is taken as flat under
-//! each piece of at most [`PIECE_M`].
+//! each piece of at most [`PIECE_M`]. Haze fills its outline: a clump is as large as its leaves may be.
 
 use crate::World;
+use crate::haze::{Haze, Outline};
 use crate::shape::{Bounds, Frustum, Leaf};
 use crate::terrain::Terrain;
 use arborloop_base::{Cell, Grid};
-use nalgebra::{Point2, Point3, Vector3};
+use nalgebra::{Point2, Point3, Similarity3, Vector3};
 use std::f64::consts::{PI, TAU};
 
 /// Heights above the local ground, meters.
@@ -26,7 +27,10 @@ pub const SIDES: usize = 32;
 /// Longest piece under which the ground is taken as flat, meters.
 pub const PIECE_M: f64 = 0.25;
 
-/// Occupied where any solid (cone, trunk), branch or leaf is inside the slice; free elsewhere. The grid covers `bounds`,
+/// Rings of the polyhedron drawn around an ellipsoid of haze, its two poles among them.
+const RINGS: usize = 17;
+
+/// Occupied where any solid (cone, trunk, post, wire), branch, leaf or haze is inside the slice; free elsewhere. The grid covers `bounds`,
 /// rounded up to whole cells; bounds turned inside out give a grid without cells.
 ///
 /// # Panics
@@ -35,7 +39,9 @@ pub fn footprint(world: &World, slice: HeightSlice, resolution_m: f64, bounds: &
     let cells = |size_m: f64| (size_m / resolution_m).ceil().max(0.0) as usize;
     let size = bounds.high - bounds.low;
     let mut grid = Grid::filled(bounds.low, resolution_m, cells(size.x), cells(size.y), Cell::Free);
-    let mut raster = Raster { grid: &mut grid, terrain: &world.terrain, slice };
+    let (ground_m_min, ground_m_max) = world.terrain.height_range_m();
+    let heights_m = [ground_m_min + slice.low_m, ground_m_max + slice.high_m];
+    let mut raster = Raster { grid: &mut grid, terrain: &world.terrain, slice, heights_m, bounds: *bounds };
     for solid in &world.solids {
         raster.draw_frustum(&solid.shape);
     }
@@ -47,6 +53,9 @@ pub fn footprint(world: &World, slice: HeightSlice, resolution_m: f64, bounds: &
         for leaf in &prototype.leaves {
             raster.draw_leaf(&leaf.transformed(&plant.world_from_plant));
         }
+        for haze in &prototype.haze {
+            raster.draw_haze(haze, &plant.world_from_plant);
+        }
     }
     grid
 }
@@ -55,6 +64,9 @@ struct Raster<'a> {
     grid: &'a mut Grid<Cell>,
     terrain: &'a Terrain,
     slice: HeightSlice,
+    /// Nothing below or above is in the slice anywhere, world frame.
+    heights_m: [f64; 2],
+    bounds: Bounds,
 }
 
 impl Raster<'_> {
@@ -73,8 +85,41 @@ impl Raster<'_> {
     }
 
     fn draw_leaf(&mut self, leaf: &Leaf) {
+        // Most leaves of a world are above the slice: they need no outline.
+        let reach = leaf.half_u.abs() + leaf.half_v.abs();
+        let (low, high) = (leaf.center - reach, leaf.center + reach);
+        let beside = high.x < self.bounds.low.x
+            || low.x > self.bounds.high.x
+            || high.y < self.bounds.low.y
+            || low.y > self.bounds.high.y;
+        if beside || high.z < self.heights_m[0] || low.z > self.heights_m[1] {
+            return;
+        }
         let corners = leaf.corners();
         self.draw_convex((0..4).map(|c| (corners[c], corners[(c + 1) % 4])));
+    }
+
+    fn draw_haze(&mut self, haze: &Haze, world_from_plant: &Similarity3<f64>) {
+        let at = |unit: Vector3<f64>| world_from_plant * (haze.center + unit.component_mul(&haze.half_size));
+        match haze.outline {
+            Outline::Box => {
+                let corner = |index: usize| at(CUBE[index].into());
+                self.draw_convex(CUBE_EDGES.iter().map(|[a, b]| (corner(*a), corner(*b))));
+            }
+            Outline::Ellipsoid => {
+                let rings: Vec<[Point3<f64>; SIDES]> =
+                    (0..RINGS).map(|ring| parallel(ring).map(at)).collect();
+                let next = |corner: usize| (corner + 1) % SIDES;
+                for pair in rings.windows(2) {
+                    let [low, high] = [&pair[0], &pair[1]];
+                    self.draw_convex(
+                        (0..SIDES).flat_map(|c| {
+                            [(low[c], low[next(c)]), (high[c], high[next(c)]), (low[c], high[c])]
+                        }),
+                    );
+                }
+            }
+        }
     }
 
     /// Marks the cells under the part of a convex body inside the slice. The corners of that part lie on the body's
@@ -113,6 +158,31 @@ impl Raster<'_> {
             row += 1.0;
         }
     }
+}
+
+/// Corners of a cube of half side 1, and the pairs that are its edges.
+const CUBE: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
+const CUBE_EDGES: [[usize; 2]; 12] =
+    [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
+
+/// One ring of a polyhedron drawn around the unit ball: at most 1 % too wide.
+fn parallel(ring: usize) -> [Vector3<f64>; SIDES] {
+    let step_rad = PI / (RINGS - 1) as f64;
+    let (sin_polar, cos_polar) = (ring as f64 * step_rad).sin_cos();
+    let wider = 1.0 / ((step_rad / 2.0).cos() * (PI / SIDES as f64).cos());
+    std::array::from_fn(|corner| {
+        let (sin, cos) = (corner as f64 / SIDES as f64 * TAU).sin_cos();
+        Vector3::new(wider * sin_polar * cos, wider * sin_polar * sin, -cos_polar)
+    })
 }
 
 /// Corners of the polygon around the section at `along_m` from the lower end; its sides touch the circle.

@@ -1,26 +1,8 @@
 //! Foliage as a turbid medium (Beer-Lambert): the cheap alternative to a plant's own leaves.
 
+use crate::leaf_angle::LeafAngle;
 use nalgebra::{Point3, Vector3};
-use serde::{Deserialize, Serialize};
-
-/// The distribution of the leaves' inclinations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LeafAngle {
-    /// Normals uniform on the sphere.
-    #[default]
-    Spherical,
-}
-
-impl LeafAngle {
-    /// Mean projection of a leaf of area 1 on the plane across a beam, `G`, for the cosine of the angle between beam
-    /// and zenith (Ross 1981).
-    pub fn projection(&self, _cos_zenith: f64) -> f64 {
-        match self {
-            LeafAngle::Spherical => 0.5,
-        }
-    }
-}
+use std::f64::consts::PI;
 
 /// Outline of a volume of haze.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,4 +28,28 @@ pub struct Haze {
     pub leaf_area_per_m: f64,
     /// How the leaves are inclined.
     pub leaf_angle: LeafAngle,
+}
+
+impl Haze {
+    /// Volume, m3.
+    pub fn volume_m3(&self) -> f64 {
+        let product = self.half_size.product();
+        match self.outline {
+            Outline::Ellipsoid => 4.0 / 3.0 * PI * product,
+            Outline::Box => 8.0 * product,
+        }
+    }
+
+    /// One-sided leaf area in it, m2, in the plant's own frame.
+    pub fn leaf_area_m2(&self) -> f64 {
+        self.leaf_area_per_m * self.volume_m3()
+    }
+
+    /// The corners of the box around it, plant frame.
+    pub fn corners(&self) -> [Point3<f64>; 8] {
+        std::array::from_fn(|corner| {
+            let sign = |bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+            self.center + self.half_size.component_mul(&Vector3::new(sign(0), sign(1), sign(2)))
+        })
+    }
 }

@@ -3,12 +3,19 @@
 //! A [`WorldSpec`] and a [`Seed`] become a [`World`]; no engine type and no file is known here. The frame is the
 //! scenario's world: x east, y north, z up, meters; its origin is where the walked path begins, on the ground.
 
+mod crown;
+mod foliage;
 pub mod footprint;
+mod form;
 mod grass;
 mod haze;
+mod leaf_angle;
+pub mod measure;
 pub mod planting;
+mod season;
 mod shape;
 mod spec;
+mod stand;
 mod surface;
 mod terrain;
 mod tree;
@@ -16,16 +23,26 @@ mod trunks;
 mod waves;
 pub mod wind;
 
+pub use crown::{Crown, CrownShape};
 pub use grass::Grass;
-pub use haze::{Haze, LeafAngle, Outline};
-pub use planting::{cones, surroundings};
+pub use haze::{Haze, Outline};
+pub use leaf_angle::LeafAngle;
+pub use planting::{cones, rows, surroundings};
+pub use season::{Foliage, Season, SeasonScales};
 pub use shape::{Bounds, Frustum, Leaf};
-pub use spec::{ConesSpec, GrassSpec, Planting, SpecError, SurroundingsSpec, TerrainSpec, WorldSpec};
+pub use spec::{
+    CitrusSpec, ConesSpec, CrownSpec, GrassSpec, LeavesSpec, OrchardSpec, Planting, RowsSpec, SpecError,
+    SurroundingsSpec, TerrainSpec, TrunkSpec, WorldSpec,
+};
+pub use stand::CrownTruth;
 pub use terrain::Terrain;
-pub use tree::{Crown, Prototype};
+pub use tree::Prototype;
 pub use trunks::{TRUNK_HEIGHT_M, TrunkTruth, trunk_map};
 pub use wind::{Hinge, Sway, Wind, WindSpec};
 
+use crate::planting::grove;
+use crate::stand::Stand;
+use crate::surroundings::Around;
 use arborloop_base::{Class, Seed};
 use nalgebra::{Point2, Similarity3};
 
@@ -42,6 +59,8 @@ pub struct World {
     pub prototypes: Vec<Prototype>,
     /// Where prototypes stand. A tree may be several plants, one a limb, that share an instance.
     pub plants: Vec<Plant>,
+    /// What the leaves of each plant fill: one per instance, in the order of the plants.
+    pub crowns: Vec<CrownTruth>,
     /// What moves the plants.
     pub wind: Wind,
 }
@@ -83,14 +102,22 @@ pub fn build(spec: &WorldSpec, seed: Seed) -> World {
     }
     let terrain = Terrain::new(&spec.terrain, seed);
     let grass = Grass::new(&spec.grass, &spec.terrain, seed);
-    let (mut solids, center) = match &spec.planting {
+    let (mut stand, around) = match &spec.planting {
         Planting::Cones(field) => {
-            (cones::solids(field, &terrain, seed), Point2::new(field.length_m / 2.0, field.width_m / 2.0))
+            let solids = cones::solids(field, &terrain, seed);
+            let center = Point2::new(field.length_m / 2.0, field.width_m / 2.0);
+            (Stand { solids, ..Stand::default() }, Around::bare(center))
         }
-        Planting::None => (Vec::new(), Point2::origin()),
+        Planting::Citrus(spec) => {
+            (grove::citrus(spec, &terrain, seed), Around::plants(rows::extent(&spec.rows)))
+        }
+        Planting::Orchard(spec) => {
+            (grove::orchard(spec, &terrain, seed), Around::plants(rows::extent(&spec.rows)))
+        }
+        Planting::None => (Stand::default(), Around::bare(Point2::origin())),
     };
-    let ring = surroundings::grow(&spec.surroundings, center, &terrain, seed);
-    solids.extend(ring.trunks);
-    let wind = Wind::new(&spec.wind, &ring.plants, seed);
-    World { terrain, grass, solids, prototypes: ring.prototypes, plants: ring.plants, wind }
+    stand.join(surroundings::grow(&spec.surroundings, &around, &terrain, seed));
+    let wind = Wind::new(&spec.wind, &stand.plants, seed);
+    let Stand { solids, prototypes, plants, crowns } = stand;
+    World { terrain, grass, solids, prototypes, plants, crowns, wind }
 }

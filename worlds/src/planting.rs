@@ -1,4 +1,6 @@
 //! What stands in a world, one file per kind of planting.
 
 pub mod cones;
+pub(crate) mod grove;
+pub mod rows;
 pub mod surroundings;

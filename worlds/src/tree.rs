@@ -1,11 +1,12 @@
 //! How one tree or bush is grown: branches and a crown of leaves, in its own frame.
 
+use crate::crown::{Crown, CrownShape};
 use crate::haze::Haze;
 use crate::shape::{Frustum, Leaf};
 use crate::wind::LEAVES_PER_SHOOT;
 use arborloop_base::{Draws, Stream};
 use nalgebra::{Point3, Unit, Vector3};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Branches and leaves in the plant frame: origin where the trunk leaves the ground, z up, meters.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,45 +23,31 @@ pub struct Prototype {
     pub bark_reflectivity_ratio: f64,
 }
 
-/// The space that a plant's leaves fill: an upright ellipsoid on the trunk's axis, plant frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crown {
-    /// Height of its center above the ground, meters.
-    pub center_m: f64,
-    /// Half its height, meters.
-    pub half_height_m: f64,
-    /// Greatest radius, meters.
-    pub radius_m: f64,
-}
-
 impl Crown {
     /// The crown of a tree: the upper four fifths, as wide as in an apple's crown of 14 m3 (J. Imaging 2025, 11(1):5).
     pub(crate) fn of_tree(height_m: f64) -> Self {
-        Crown { center_m: 0.6 * height_m, half_height_m: 0.4 * height_m, radius_m: 0.31 * height_m }
+        let width_m = 0.62 * height_m;
+        Crown::standing(CrownShape::Ellipsoid, 0.2 * height_m, 0.8 * height_m, width_m, width_m)
     }
 
     /// The crown of a bush: from the ground up, almost as wide as high.
     pub(crate) fn of_bush(height_m: f64) -> Self {
-        Crown { center_m: 0.5 * height_m, half_height_m: 0.5 * height_m, radius_m: 0.45 * height_m }
+        let width_m = 0.9 * height_m;
+        Crown::standing(CrownShape::Ellipsoid, 0.0, height_m, width_m, width_m)
     }
 
-    /// Volume, m3.
-    pub fn volume_m3(&self) -> f64 {
-        4.0 / 3.0 * PI * self.radius_m.powi(2) * self.half_height_m
-    }
-
-    /// A point uniform in the volume, pulled inward by `margin_m`.
+    /// A point uniform in an ellipsoid, pulled inward by `margin_m`.
     fn point(&self, draws: &mut Draws, margin_m: f64) -> Point3<f64> {
         let direction = direction(draws);
         let share = draws.unit().cbrt();
-        let across_m = (self.radius_m - margin_m).max(0.0) * share;
-        let up_m = (self.half_height_m - margin_m).max(0.0) * share;
-        Point3::new(across_m * direction.x, across_m * direction.y, self.center_m + up_m * direction.z)
+        let across_m = (self.half_size.x - margin_m).max(0.0) * share;
+        let up_m = (self.half_size.z - margin_m).max(0.0) * share;
+        Point3::new(across_m * direction.x, across_m * direction.y, self.center.z + up_m * direction.z)
     }
 }
 
 /// What the leaves of a prototype are like.
-pub(crate) struct Foliage {
+pub(crate) struct TreeFoliage {
     /// Mean side, meters; each leaf differs by up to a ninth.
     pub(crate) leaf_size_m: f64,
     /// One-sided leaf area per crown volume, m2/m3.
@@ -72,17 +59,17 @@ pub(crate) struct Foliage {
 }
 
 /// A tree without its trunk: scaffold branches that leave a trunk of radius `trunk_radius_m`, and leaves.
-pub(crate) fn tree(crown: &Crown, trunk_radius_m: f64, foliage: &Foliage, stream: Stream) -> Prototype {
+pub(crate) fn tree(crown: &Crown, trunk_radius_m: f64, foliage: &TreeFoliage, stream: Stream) -> Prototype {
     let scaffold = stream.child(0);
-    let top_m = crown.center_m + 0.2 * crown.half_height_m;
+    let top_m = crown.center.z + 0.2 * crown.half_size.z;
     let branches = (0..SCAFFOLD)
         .map(|index| {
             let mut draws = scaffold.at(index);
             let share = (index as f64 + draws.unit()) / SCAFFOLD as f64;
-            let low_m = crown.center_m - 0.8 * crown.half_height_m;
+            let low_m = crown.center.z - 0.8 * crown.half_size.z;
             let base = Point3::new(0.0, 0.0, low_m + share * (top_m - low_m));
             let bearing_rad = index as f64 * GOLDEN_ANGLE + draws.within(-0.4, 0.4);
-            let length_m = crown.radius_m * draws.within(0.6, 0.95) / FORK.cos();
+            let length_m = crown.half_size.x * draws.within(0.6, 0.95) / FORK.cos();
             branch(base, bearing_rad, FORK, length_m, trunk_radius_m * draws.within(0.25, 0.4))
         })
         .collect();
@@ -90,14 +77,14 @@ pub(crate) fn tree(crown: &Crown, trunk_radius_m: f64, foliage: &Foliage, stream
 }
 
 /// A bush: stems that leave the ground together, and leaves.
-pub(crate) fn bush(crown: &Crown, foliage: &Foliage, stream: Stream) -> Prototype {
+pub(crate) fn bush(crown: &Crown, foliage: &TreeFoliage, stream: Stream) -> Prototype {
     let stems = stream.child(0);
     let branches = (0..STEMS)
         .map(|index| {
             let mut draws = stems.at(index);
             let bearing_rad = index as f64 * GOLDEN_ANGLE + draws.within(-0.4, 0.4);
             let base = Point3::new(0.05 * bearing_rad.cos(), 0.05 * bearing_rad.sin(), 0.0);
-            let length_m = crown.half_height_m * draws.within(1.0, 1.5);
+            let length_m = crown.half_size.z * draws.within(1.0, 1.5);
             branch(base, bearing_rad, draws.within(1.0, FRAC_PI_2), length_m, draws.within(0.008, 0.016))
         })
         .collect();
@@ -125,7 +112,7 @@ fn branch(base: Point3<f64>, bearing_rad: f64, elevation_rad: f64, length_m: f64
     }
 }
 
-fn prototype(branches: Vec<Frustum>, crown: &Crown, foliage: &Foliage, stream: Stream) -> Prototype {
+fn prototype(branches: Vec<Frustum>, crown: &Crown, foliage: &TreeFoliage, stream: Stream) -> Prototype {
     // A leaf's side is uniform within a ninth of its mean, so its mean square is 1 + 1/243 of the mean's square.
     let mean_area_m2 = foliage.leaf_size_m.powi(2) * (1.0 + 1.0 / 243.0);
     let count = (foliage.leaf_area_per_m * crown.volume_m3() / mean_area_m2).round() as u64;
@@ -177,7 +164,7 @@ fn leaf(crown: &Crown, size_m: f64, draws: &mut Draws) -> Leaf {
 }
 
 /// Uniform on the sphere (Archimedes: the height is uniform).
-fn direction(draws: &mut Draws) -> Vector3<f64> {
+pub(crate) fn direction(draws: &mut Draws) -> Vector3<f64> {
     let up = draws.within(-1.0, 1.0);
     let (sin, cos) = draws.within(0.0, TAU).sin_cos();
     let level = (1.0 - up * up).max(0.0).sqrt();

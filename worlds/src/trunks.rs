@@ -25,7 +25,8 @@ pub struct TrunkTruth {
 /// All cones, trunks and posts, ordered by class and instance.
 pub fn trunk_map(world: &World) -> Vec<TrunkTruth> {
     let mut objects: BTreeMap<(Class, u32), Vec<&Solid>> = BTreeMap::new();
-    for solid in &world.solids {
+    let upright = |solid: &&Solid| matches!(solid.class, Class::Cone | Class::Trunk | Class::Post);
+    for solid in world.solids.iter().filter(upright) {
         objects.entry((solid.class, solid.instance)).or_default().push(solid);
     }
     objects
