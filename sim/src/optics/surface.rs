@@ -1,6 +1,6 @@
 //! Where a beam crosses a leaf or the side and caps of a frustum.
 
-use super::bvh::Aabb;
+use super::boxes::Aabb;
 use arborloop_worlds::{Frustum, Leaf};
 use nalgebra::{Point3, Vector3};
 
@@ -29,7 +29,8 @@ pub(super) fn frustum_bounds(shape: &Frustum) -> Aabb {
     Aabb::around(disc(shape.base, shape.radius_base_m).into_iter().chain(disc(top, shape.radius_top_m)))
 }
 
-/// A leaf is a parallelogram seen from both sides.
+/// A leaf is a parallelogram seen from both sides. The slow twin of the tracer's patches.
+#[cfg(test)]
 pub(super) fn cross_leaf(
     leaf: &Leaf,
     origin: &Point3<f64>,

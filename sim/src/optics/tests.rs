@@ -1,8 +1,8 @@
 use super::*;
 use arborloop_base::Seed;
 use arborloop_worlds::{
-    GrassSpec, Plant as WorldPlant, Planting, Solid as WorldSolid, SurroundingsSpec, TerrainSpec, WindSpec,
-    WorldSpec, build,
+    Frustum, GrassSpec, Leaf, Plant as WorldPlant, Planting, Solid as WorldSolid, SurroundingsSpec,
+    TerrainSpec, WindSpec, WorldSpec, build,
 };
 use nalgebra::{Unit, UnitQuaternion};
 

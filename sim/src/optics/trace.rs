@@ -1,0 +1,369 @@
+//! The packet tracer: which surface each beam meets first. Single precision, two levels, wind by moving the beam.
+//!
+//! The upper tree stands in the world and holds plants, solids and tiles of soil; below it each prototype has one tree of
+//! shoots and branches, shared by all plants grown from it. Both are built once. A plant that sways is met by turning
+//! the packet into its moved frame, and its shoots' boxes are held to be wider by as much as they move at that moment.
+//! What is met, and nothing else, is decided here; distances come from [`super::exact`].
+
+mod ground;
+mod lanes;
+mod moment;
+mod node;
+mod packet;
+mod patch;
+mod pole;
+mod shoot;
+mod simd;
+mod walk;
+
+use super::boxes::Aabb;
+use super::{Ray, surface};
+use arborloop_base::Time;
+use arborloop_worlds::wind::own_turns;
+use arborloop_worlds::{Plant, Prototype, World};
+use ground::Soil;
+use lanes::{Isa, Lanes};
+pub(super) use moment::Moment;
+use moment::{Knots, Map};
+use nalgebra::{Point3, Vector3};
+use node::{Child, Node};
+use pole::Pole;
+use shoot::{Flutter, Shoot};
+pub use simd::InstructionSet;
+use walk::{Beams, Met, Nearest, Pending, Visit};
+
+/// Boxes are this much wider than what is in them, meters: more than single precision loses at a kilometer.
+const MARGIN_M: f32 = 3e-4;
+const PLANT: u32 = 1;
+const SOLID: u32 = 2;
+const TILE: u32 = 3;
+const SHOOT: u32 = 1;
+const BRANCH: u32 = 2;
+/// Branches enter their tree in pieces of about this length, meters: a long slanting one would fill a large box.
+const PIECE_M: f64 = 0.3;
+
+/// A world's surfaces, sorted.
+#[derive(Debug)]
+pub(super) struct Scene {
+    isa: InstructionSet,
+    /// Single-precision coordinates are seen from here.
+    center: Point3<f64>,
+    top: Vec<Node>,
+    soil: Soil,
+    solids: Vec<Pole>,
+    plants: Vec<Standing>,
+    grown: Vec<Grown>,
+}
+
+/// A plant at rest.
+#[derive(Debug)]
+struct Standing {
+    prototype: u32,
+    plant_from_world: Map,
+}
+
+/// A prototype.
+#[derive(Debug)]
+struct Grown {
+    nodes: Vec<Node>,
+    shoots: Vec<Shoot>,
+    branches: Vec<Pole>,
+    /// Around everything at rest, plant frame.
+    bounds: Aabb,
+    /// No leaf reaches farther than this from its `half_u`, meters.
+    half_v_m_max: f32,
+}
+
+/// What one thread needs to trace; kept from sweep to sweep.
+#[derive(Debug)]
+pub(super) struct Worker {
+    knots: Knots,
+    stack: Vec<Pending>,
+}
+
+/// A surface that a beam meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Surface {
+    Soil { cell: [usize; 2] },
+    Solid { index: usize },
+    Leaf { plant: usize, leaf: usize },
+    Branch { plant: usize, branch: usize },
+}
+
+/// What a beam meets, and where about: the range is from the beam's own origin and good to a tenth of a millimeter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    pub(super) surface: Surface,
+    pub(super) range_m: f64,
+}
+
+impl Scene {
+    pub(super) fn new(world: &World) -> Self {
+        let bounds = world.terrain.bounds();
+        let middle = nalgebra::center(&bounds.low, &bounds.high);
+        let center = Point3::new(middle.x, middle.y, 0.0);
+        let grown: Vec<Grown> = world.prototypes.iter().map(Grown::new).collect();
+        let soil = Soil::new(&world.terrain, &center);
+        let (mut boxes, mut children) = soil.tiles(TILE);
+        for (index, solid) in world.solids.iter().enumerate() {
+            let bounds = surface::frustum_bounds(&solid.shape);
+            boxes.push(bounds.transformed(|corner| Point3::from(corner - center)));
+            children.push(Child::new(SOLID, index));
+        }
+        for (index, plant) in world.plants.iter().enumerate() {
+            boxes.push(reach(world, plant, &grown[plant.prototype], &center));
+            children.push(Child::new(PLANT, index));
+        }
+        Scene {
+            isa: InstructionSet::widest(),
+            center,
+            top: node::tree(&boxes, &children),
+            soil,
+            solids: world.solids.iter().map(|solid| Pole::new(&solid.shape, &center)).collect(),
+            plants: world.plants.iter().map(Standing::new).collect(),
+            grown,
+        }
+    }
+
+    pub(super) fn set_instruction_set(&mut self, isa: InstructionSet) {
+        self.isa = isa;
+    }
+
+    pub(super) fn worker(&self, world: &World) -> Worker {
+        Worker { knots: Knots::new(&world.wind, &world.plants), stack: Vec::with_capacity(256) }
+    }
+
+    /// What each ray meets first, in order; `seen` is as long as `rays`.
+    pub(super) fn trace(&self, world: &World, rays: &[Ray], worker: &mut Worker, seen: &mut [Option<Seen>]) {
+        assert_eq!(rays.len(), seen.len(), "one answer a ray");
+        simd::run(self.isa, Tracing { scene: self, world, rays, worker, seen });
+    }
+
+    /// Where a plant is at an instant.
+    pub(super) fn moment(&self, world: &World, index: usize, stamp: Time, worker: &mut Worker) -> Moment {
+        if world.wind.blows() {
+            return worker.knots.at(&world.wind, &world.plants, index, stamp);
+        }
+        Moment {
+            plant_from_world: self.plants[index].plant_from_world,
+            shoot_m: 0.0,
+            shoot_turns: [0.0; 4],
+            leaf_rad: 0.0,
+            leaf_turns: [0.0; 4],
+        }
+    }
+
+    /// Memory of the structure, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        fn of<T>(all: &Vec<T>) -> usize {
+            all.capacity() * size_of::<T>()
+        }
+        let grown = |one: &Grown| of(&one.nodes) + of(&one.shoots) + of(&one.branches);
+        let shared: usize = self.grown.iter().map(grown).sum();
+        of(&self.top) + self.soil.bytes() + of(&self.solids) + of(&self.plants) + shared
+    }
+}
+
+/// The box of all that a plant ever fills, seen from the scene's center.
+fn reach(world: &World, plant: &Plant, grown: &Grown, center: &Point3<f64>) -> Aabb {
+    let wind = &world.wind;
+    let leaf_m = f64::from(grown.half_v_m_max) * 2.0 * (0.5 * wind.leaf_rad_max()).sin();
+    let room_m = wind.drift_m_max(plant) + wind.shoot_m_max() + leaf_m * plant.world_from_plant.scaling();
+    let room_m = if wind.blows() { room_m } else { 0.0 };
+    let standing = grown.bounds.transformed(|corner| Point3::from(plant.world_from_plant * corner - center));
+    standing.grown(&Vector3::repeat(room_m))
+}
+
+impl Standing {
+    fn new(plant: &Plant) -> Self {
+        let inverse = plant.world_from_plant.inverse().to_homogeneous();
+        let row = |row: usize| std::array::from_fn(|column| inverse[(row, column)]);
+        Standing { prototype: plant.prototype as u32, plant_from_world: Map([row(0), row(1), row(2)]) }
+    }
+}
+
+impl Grown {
+    fn new(prototype: &Prototype) -> Self {
+        let (shoots, mut boxes) = shoot::shoots(&prototype.leaves);
+        let mut children: Vec<Child> = (0..shoots.len()).map(|index| Child::new(SHOOT, index)).collect();
+        for (index, branch) in prototype.branches.iter().enumerate() {
+            let pieces = (branch.height_m / PIECE_M).ceil().clamp(1.0, 64.0) as usize;
+            for piece in 0..pieces {
+                let at = |n: usize| branch.height_m * n as f64 / pieces as f64;
+                // A disc without height has no parts.
+                let part = if pieces == 1 { *branch } else { branch.part(at(piece), at(piece + 1)) };
+                boxes.push(surface::frustum_bounds(&part));
+                children.push(Child::new(BRANCH, index));
+            }
+        }
+        let half_v_m = prototype.leaves.iter().map(|leaf| leaf.half_v.norm());
+        Grown {
+            bounds: boxes.iter().filter(|one| one.is_real()).fold(Aabb::empty(), |all, one| all.with(one)),
+            nodes: node::tree(&boxes, &children),
+            shoots,
+            branches: prototype.branches.iter().map(|branch| Pole::new(branch, &Point3::origin())).collect(),
+            half_v_m_max: half_v_m.fold(0.0, f64::max) as f32,
+        }
+    }
+}
+
+/// Tracing a list of rays, packet by packet.
+struct Tracing<'a> {
+    scene: &'a Scene,
+    world: &'a World,
+    rays: &'a [Ray],
+    worker: &'a mut Worker,
+    seen: &'a mut [Option<Seen>],
+}
+
+impl simd::Job for Tracing<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let mut done = 0;
+        while done < self.rays.len() {
+            let end = (done / packet::GROUP + 1) * packet::GROUP;
+            let packet = packet::first(&self.rays[done..end.min(self.rays.len())]);
+            let wide = packet.wide::<I>();
+            let mut nearest = Nearest::<I>::new(wide.begin, wide.end);
+            let origin = packet.origin - self.scene.center;
+            let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
+            let beams = Beams::<I>::new(origin, wide.direction, wide.mask);
+            let Worker { knots, stack } = &mut *self.worker;
+            let mut visit = InWorld {
+                scene: self.scene,
+                world: self.world,
+                packet_origin: packet.origin,
+                stamp: packet.stamp,
+                beams: &beams,
+                knots,
+            };
+            walk::walk(&self.scene.top, &beams, wide.mask, MARGIN_M, &mut nearest, stack, &mut visit);
+            let mut ranges = [0.0_f32; packet::GROUP];
+            nearest.range.store(&mut ranges);
+            let mut lane = 0;
+            while lane < packet.rays.len() {
+                self.seen[done + lane] = self
+                    .scene
+                    .surface(nearest.met[lane])
+                    .map(|surface| Seen { surface, range_m: packet.own_range_m(lane, ranges[lane]) });
+                lane += 1;
+            }
+            done += packet.rays.len();
+        }
+    }
+}
+
+impl Scene {
+    #[inline(always)]
+    fn surface(&self, met: Met) -> Option<Surface> {
+        let part = met.part as usize;
+        match met.place {
+            u32::MAX => None,
+            Met::GROUND => Some(Surface::Soil { cell: self.soil.cell(met.part) }),
+            Met::SOLID => Some(Surface::Solid { index: part }),
+            plant if met.part & Met::BRANCH != 0 => {
+                Some(Surface::Branch { plant: plant as usize, branch: part & !(Met::BRANCH as usize) })
+            }
+            plant => Some(Surface::Leaf { plant: plant as usize, leaf: part }),
+        }
+    }
+}
+
+/// The upper tree's items.
+struct InWorld<'a, I: Isa> {
+    scene: &'a Scene,
+    world: &'a World,
+    packet_origin: Point3<f64>,
+    stamp: Time,
+    beams: &'a Beams<I>,
+    knots: &'a mut Knots,
+}
+
+impl<I: Isa> Visit<I> for InWorld<'_, I> {
+    #[inline(always)]
+    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
+        let index = child.index();
+        match child.kind() {
+            TILE => self.scene.soil.meet(index, self.beams, mask, nearest),
+            SOLID => {
+                let met = Met { place: Met::SOLID, part: index as u32 };
+                self.scene.solids[index].meet(self.beams, mask, met, nearest);
+            }
+            _ => self.enter(index, mask, nearest, stack),
+        }
+    }
+}
+
+impl<I: Isa> InWorld<'_, I> {
+    /// Turns the packet into a plant's frame, its directions scaled alike, so that distances stay the world's.
+    #[inline(always)]
+    fn enter(&mut self, index: usize, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
+        let standing = &self.scene.plants[index];
+        let grown = &self.scene.grown[standing.prototype as usize];
+        let mut margin_m = MARGIN_M;
+        let mut map = standing.plant_from_world;
+        let flutter = if self.world.wind.blows() {
+            let moment = self.knots.at(&self.world.wind, &self.world.plants, index, self.stamp);
+            map = moment.plant_from_world;
+            let flutter = Flutter::new(&moment);
+            margin_m += flutter.shoot_m + flutter.leaf_rad * grown.half_v_m_max;
+            Some(flutter)
+        } else {
+            None
+        };
+        let origin = map.point(&self.packet_origin);
+        let mut direction = self.beams.direction;
+        let mut axis = 0;
+        while axis < 3 {
+            let [x, y, z, _] = map.0[axis];
+            let [dx, dy, dz] = self.beams.direction;
+            direction[axis] = dz.fma(
+                I::Wide::splat(z as f32),
+                dy.fma(I::Wide::splat(y as f32), dx.mul(I::Wide::splat(x as f32))),
+            );
+            axis += 1;
+        }
+        let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
+        let beams = Beams::<I>::new(origin, direction, mask);
+        let mut visit = InPlant { grown, place: index as u32, flutter: flutter.as_ref(), beams: &beams };
+        walk::walk(&grown.nodes, &beams, mask, margin_m, nearest, stack, &mut visit);
+    }
+}
+
+impl Flutter {
+    /// How the plant's shoots and leaves are at a moment.
+    fn new(moment: &Moment) -> Self {
+        Flutter {
+            shoot_m: moment.shoot_m as f32,
+            shoot_turns: moment.shoot_turns.map(|turns| turns as f32),
+            leaf_rad: moment.leaf_rad as f32,
+            leaf_turns: std::array::from_fn(|leaf| (moment.leaf_turns[leaf % 4] + own_turns(leaf)) as f32),
+        }
+    }
+}
+
+/// A prototype's items.
+struct InPlant<'a, I: Isa> {
+    grown: &'a Grown,
+    place: u32,
+    flutter: Option<&'a Flutter>,
+    beams: &'a Beams<I>,
+}
+
+impl<I: Isa> Visit<I> for InPlant<'_, I> {
+    #[inline(always)]
+    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, _: &mut Vec<Pending>) {
+        let index = child.index();
+        if child.kind() == SHOOT {
+            self.grown.shoots[index].meet(index, self.flutter, self.beams, mask, self.place, nearest);
+        } else {
+            let met = Met { place: self.place, part: Met::BRANCH | index as u32 };
+            self.grown.branches[index].meet(self.beams, mask, met, nearest);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,419 @@
+//! The tracer against slow twins, and against itself with other registers, threads and company.
+
+use super::super::{Hit, Optics, Ray, surface};
+use super::moment::Knots;
+use super::*;
+use arborloop_base::{Class, Seed, Span, Time};
+use arborloop_worlds::{
+    Frustum, GrassSpec, Hinge, Leaf, Planting, Solid, SurroundingsSpec, TerrainSpec, Wind, WindSpec,
+    WorldSpec, build,
+};
+use nalgebra::{Similarity3, Unit, UnitQuaternion};
+
+/// Bumpy ground without anything on it.
+fn soil() -> World {
+    let spec = WorldSpec {
+        terrain: TerrainSpec { extent_m: 12.0, ..TerrainSpec::default() },
+        grass: GrassSpec { height_m: 0.0, ..GrassSpec::default() },
+        planting: Planting::None,
+        surroundings: SurroundingsSpec { trees: 0, bushes: 0, ..SurroundingsSpec::default() },
+        wind: WindSpec::default(),
+    };
+    build(&spec, Seed(8))
+}
+
+fn prototype(leaves: u64, seed: u64) -> Prototype {
+    let stream = Seed(seed).stream("leaves");
+    let mut leaves: Vec<Leaf> = (0..leaves)
+        .map(|index| {
+            let mut draws = stream.at(index);
+            let mut point = |reach: f64| Vector3::from_fn(|_, _| draws.within(-reach, reach));
+            let (center, half_u, other) = (point(0.8), point(1.0).normalize() * 0.035, point(1.0));
+            let center = Point3::new(center.x, center.y, 1.0 + center.z);
+            Leaf { center, half_u, half_v: half_u.cross(&other).normalize() * 0.03 }
+        })
+        .collect();
+    leaves.sort_by(|a, b| a.center.z.total_cmp(&b.center.z));
+    let branch = |n: u64| Frustum {
+        base: Point3::new(0.0, 0.0, 0.3 + 0.1 * n as f64),
+        axis: Unit::new_normalize(Vector3::new((n as f64).cos(), (n as f64).sin(), 0.8)),
+        height_m: 0.9,
+        radius_base_m: 0.02,
+        radius_top_m: 0.006,
+    };
+    Prototype {
+        leaves,
+        haze: Vec::new(),
+        branches: (0..5).map(branch).collect(),
+        leaf_reflectivity_ratio: 0.5,
+        bark_reflectivity_ratio: 0.3,
+    }
+}
+
+/// Six trees of two prototypes on bumpy ground, in the wind if it blows.
+fn grove(mean_mps: f64) -> World {
+    let mut world = soil();
+    world.prototypes = vec![prototype(300, 1), prototype(250, 2)];
+    for index in 0..6_u32 {
+        let (x, y) = (2.5 + 1.7 * f64::from(index % 3), -1.5 + 3.0 * f64::from(index / 3));
+        let foot = Point3::new(x, y, world.terrain.height_m(x, y));
+        let turn = UnitQuaternion::from_euler_angles(0.05, -0.03, 1.3 * f64::from(index));
+        world.plants.push(Plant {
+            prototype: index as usize % 2,
+            world_from_plant: Similarity3::from_parts(
+                foot.coords.into(),
+                turn,
+                0.9 + 0.05 * f64::from(index),
+            ),
+            instance: index + 1,
+            hinge: Hinge { foot, height_m: 2.0, fork: foot + Vector3::z() * 0.3, reach_m: 1.7 },
+        });
+        world.solids.push(Solid {
+            class: Class::Trunk,
+            instance: index + 1,
+            shape: Frustum {
+                base: foot - Vector3::z() * 0.1,
+                axis: Vector3::z_axis(),
+                height_m: 0.9,
+                radius_base_m: 0.05,
+                radius_top_m: 0.04,
+            },
+            reflectivity_ratio: 0.3,
+        });
+    }
+    world.wind =
+        Wind::new(&WindSpec { mean_mps, gust_ratio: 0.3, ..WindSpec::default() }, &world.plants, Seed(6));
+    world
+}
+
+/// One laser after the other, sixteen azimuths side by side: the order in which packets are whole. The sensor moves at
+/// `speed`; a firing cycle takes 55.296 us.
+fn sweep(speed: Vector3<f64>, columns: usize) -> Vec<Ray> {
+    let mut rays = Vec::new();
+    for block in 0..columns / 16 {
+        for laser in 0..16 {
+            for column in block * 16..block * 16 + 16 {
+                let since = Span::from_nanos(column as i64 * 55_296 + laser * 2_304);
+                let azimuth = -0.5 + column as f64 * 0.0034;
+                let elevation = (-15.0 + 2.0 * laser as f64).to_radians();
+                let level = elevation.cos();
+                rays.push(Ray {
+                    stamp: Time::SIMULATION_START + since,
+                    origin: Point3::new(0.0, 0.0, 0.6) + speed * since.seconds(),
+                    direction: Vector3::new(level * azimuth.cos(), level * azimuth.sin(), elevation.sin()),
+                    range_m_min: 0.0,
+                    range_m_max: 100.0,
+                    depth: f64::INFINITY,
+                });
+            }
+        }
+    }
+    rays
+}
+
+/// Every surface, one after the other, each where it is at the ray's own instant.
+fn slow(world: &World, ray: &Ray) -> Option<(f64, Class)> {
+    let start = ray.origin + ray.direction * ray.range_m_min;
+    let mut found: Vec<(f64, Class)> = Vec::new();
+    for solid in &world.solids {
+        let crossing = surface::cross_frustum(&solid.shape, &start, &ray.direction, f64::INFINITY);
+        found.extend(crossing.map(|met| (met.range_m, solid.class)));
+    }
+    for (index, plant) in world.plants.iter().enumerate() {
+        let sway = world.wind.sway(index, plant, ray.stamp.seconds());
+        let plant_from_world = sway.world_from_plant.inverse();
+        let (origin, direction) = (plant_from_world * start, plant_from_world * ray.direction);
+        let prototype = &world.prototypes[plant.prototype];
+        for (index, leaf) in prototype.leaves.iter().enumerate() {
+            let leaf = sway.leaf(index, leaf);
+            let crossing = surface::cross_leaf(&leaf, &origin, &direction, f64::INFINITY);
+            found.extend(crossing.map(|met| (met.range_m, Class::Leaf)));
+        }
+        for branch in &prototype.branches {
+            let crossing = surface::cross_frustum(branch, &origin, &direction, f64::INFINITY);
+            found.extend(crossing.map(|met| (met.range_m, Class::Branch)));
+        }
+    }
+    // The soil in small steps down to where it is crossed, then by halving.
+    let above = |range: f64| {
+        let at = start + ray.direction * range;
+        at.z - world.terrain.height_m(at.x, at.y)
+    };
+    let over = |range: f64| world.terrain.bounds().contains(&(start + ray.direction * range).xy());
+    let steps = (0..8000).map(|n| f64::from(n) * 2e-3).take_while(|&range| over(range));
+    if let Some(under) = steps.into_iter().find(|&range| above(range) < 0.0) {
+        let (mut low, mut high) = (under - 2e-3, under);
+        for _ in 0..40 {
+            let middle = 0.5 * (low + high);
+            if above(middle) < 0.0 { high = middle } else { low = middle }
+        }
+        found.push((high, Class::Ground));
+    }
+    let nearest = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let range_m = nearest.0 + ray.range_m_min;
+    (range_m <= ray.range_m_max).then_some((range_m, nearest.1))
+}
+
+fn alike(fast: Option<Hit>, slow: Option<(f64, Class)>, within_m: f64) -> bool {
+    match (fast, slow) {
+        (Some(hit), Some((range_m, class))) => {
+            (hit.range_m - range_m).abs() <= within_m && hit.class == class
+        }
+        (None, None) => true,
+        _ => false,
+    }
+}
+
+/// Whether the ray meets what the hit says once it is moved sideways by no more than `lateral_m`.
+fn is_silhouette(world: &World, ray: &Ray, hit: Option<Hit>, lateral_m: f64) -> bool {
+    let across = ray.direction.cross(&Vector3::z()).normalize();
+    let up = across.cross(&ray.direction);
+    (0..24).any(|n| {
+        let (sin, cos) = (f64::from(n % 8) * std::f64::consts::FRAC_PI_4).sin_cos();
+        let shift = (across * cos + up * sin) * (lateral_m * f64::from(n / 8 + 1) / 3.0);
+        // A surface that is seen at a flat angle is met much farther on or nearer when the ray is moved.
+        alike(hit, slow(world, &Ray { origin: ray.origin + shift, ..*ray }), 20.0 * lateral_m)
+    })
+}
+
+fn cast_all(optics: &Optics, rays: &[Ray]) -> Vec<Option<Hit>> {
+    let mut hits = Vec::new();
+    optics.cast_all(rays, &mut hits);
+    hits
+}
+
+#[test]
+fn still_trees_are_met_as_a_search_through_every_surface_says() {
+    let world = grove(0.0);
+    let rays = sweep(Vector3::zeros(), 320);
+    let hits = cast_all(&Optics::new(&world), &rays);
+    let leaves = hits.iter().flatten().filter(|hit| hit.class == Class::Leaf).count();
+    let branches = hits.iter().flatten().filter(|hit| hit.class == Class::Branch).count();
+    assert!(leaves > 500 && branches > 20, "{leaves} leaves, {branches} branches");
+    for (ray, hit) in rays.iter().zip(hits) {
+        // Five thousand rays allow for no odd one at 50 ppm.
+        assert!(alike(hit, slow(&world, ray), 1e-6), "{hit:?} {:?}", slow(&world, ray));
+    }
+}
+
+#[test]
+fn swaying_trees_are_met_where_the_wind_has_them_at_each_ray_s_own_instant() {
+    let world = grove(6.0);
+    let rays = sweep(Vector3::zeros(), 160);
+    let optics = Optics::new(&world);
+    let (mut moved, mut odd) = (0, 0);
+    for (ray, hit) in rays.iter().zip(cast_all(&optics, &rays)) {
+        moved += usize::from(hit.is_some_and(|hit| hit.displacement_m.norm() > 1e-3));
+        // Placements between knots are interpolated, and a leaf that is met flat multiplies what they are off by.
+        if !alike(hit, slow(&world, ray), 3e-4) {
+            odd += 1;
+            // Half a millisecond at 1 m/s.
+            assert!(is_silhouette(&world, ray, hit, 6e-4), "{hit:?} {:?}", slow(&world, ray));
+        }
+    }
+    assert!(moved > 200, "{moved} hits were moved by the wind");
+    assert!(odd < rays.len() / 100, "{odd} of {} rays", rays.len());
+}
+
+#[test]
+fn a_displacement_leads_back_to_the_surface_at_rest() {
+    let (blown, mut still) = (grove(6.0), grove(0.0));
+    still.solids.clear();
+    let rays = sweep(Vector3::zeros(), 160);
+    let mut leaves = 0;
+    for (ray, hit) in rays.iter().zip(cast_all(&Optics::new(&blown), &rays)) {
+        let Some(hit) = hit.filter(|hit| hit.class == Class::Leaf) else { continue };
+        let rest = ray.origin + ray.direction * hit.range_m - hit.displacement_m;
+        let plant = &still.plants[hit.instance as usize - 1];
+        let in_plant = plant.world_from_plant.inverse() * rest;
+        let on_leaf = |leaf: &Leaf| {
+            let normal = leaf.half_u.cross(&leaf.half_v);
+            let from = in_plant - leaf.center;
+            let (a, b) = (from.dot(&leaf.half_u), from.dot(&leaf.half_v));
+            from.dot(&normal).abs() / normal.norm() < 1e-5
+                && a.abs() <= leaf.half_u.norm_squared() * 1.1
+                && b.abs() <= leaf.half_v.norm_squared() * 1.1
+        };
+        leaves += 1;
+        assert!(still.prototypes[plant.prototype].leaves.iter().any(on_leaf));
+    }
+    assert!(leaves > 100);
+}
+
+#[test]
+fn a_walking_sensor_s_rays_are_met_as_each_alone_but_for_silhouettes() {
+    let world = grove(0.0);
+    let rays = sweep(Vector3::new(1.2, 0.9, 0.0), 320);
+    let optics = Optics::new(&world);
+    let mut odd = 0;
+    for (ray, together) in rays.iter().zip(cast_all(&optics, &rays)) {
+        let alone = optics.cast(ray);
+        let same = match (together, alone) {
+            (Some(a), Some(b)) => (a.range_m - b.range_m).abs() < 1e-9 && a.class == b.class,
+            (None, None) => true,
+            _ => false,
+        };
+        if !same {
+            odd += 1;
+            // 8 cycles of 55 us at 1.5 m/s.
+            assert!(is_silhouette(&world, ray, together, 6.7e-4), "{together:?} {alone:?}");
+        }
+    }
+    assert!(odd < rays.len() / 50, "{odd} of {}", rays.len());
+}
+
+#[test]
+fn instruction_sets_and_threads_change_no_bit() {
+    for mean_mps in [0.0, 7.0] {
+        let world = grove(mean_mps);
+        let mut rays = sweep(Vector3::new(1.0, 0.0, 0.0), 320);
+        // Some that fit no packet, and some that look only at a part of their way.
+        let stream = Seed(2).stream("odd");
+        for (index, ray) in rays.iter_mut().enumerate().filter(|(index, _)| index % 37 == 0) {
+            let mut draws = stream.at(index as u64);
+            ray.direction = Vector3::from_fn(|_, _| draws.normal()).normalize();
+            ray.range_m_min = draws.within(0.0, 4.0);
+        }
+        let isas = [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512];
+        let hits: Vec<_> = isas
+            .iter()
+            .filter(|isa| isa.is_present())
+            .map(|&isa| cast_all(&Optics::new(&world).with_instruction_set(isa), &rays))
+            .collect();
+        for other in &hits[1..] {
+            assert!(hits[0] == *other);
+        }
+        let optics = Optics::new(&world);
+        for threads in [1, 2, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            assert!(pool.install(|| cast_all(&optics, &rays)) == hits[0]);
+        }
+    }
+}
+
+#[test]
+fn company_decides_nothing_when_origin_and_instant_are_shared() {
+    let world = grove(0.0);
+    let rays = sweep(Vector3::zeros(), 160);
+    let optics = Optics::new(&world);
+    for (ray, together) in rays.iter().zip(cast_all(&optics, &rays)) {
+        assert_eq!(optics.cast(ray), together);
+    }
+}
+
+#[test]
+fn a_ray_that_goes_on_behind_its_hit_meets_what_is_next() {
+    let world = grove(0.0);
+    let mut rays = sweep(Vector3::zeros(), 160);
+    let optics = Optics::new(&world);
+    let first = cast_all(&optics, &rays);
+    for (ray, hit) in rays.iter_mut().zip(&first) {
+        ray.range_m_min = hit.map_or(3.0, |hit| hit.range_m + 0.02);
+    }
+    let second = cast_all(&optics, &rays);
+    let mut both = 0;
+    for ((ray, first), second) in rays.iter().zip(first).zip(second) {
+        if first.is_some_and(|hit| hit.class == Class::Ground) {
+            continue;
+        }
+        both += usize::from(second.is_some());
+        assert!(alike(second, slow(&world, ray), 1e-6), "{second:?} {:?}", slow(&world, ray));
+    }
+    assert!(both > 150, "{both}");
+}
+
+#[test]
+fn empty_and_degenerate_things_are_met_by_nobody() {
+    let mut world = soil();
+    world.prototypes = vec![prototype(0, 1), prototype(1, 2)];
+    world.prototypes[0].branches.clear();
+    world.prototypes[1].branches = vec![Frustum {
+        base: Point3::origin(),
+        axis: Vector3::z_axis(),
+        height_m: 0.0,
+        radius_base_m: 0.0,
+        radius_top_m: 0.0,
+    }];
+    let foot = Point3::new(1.5, 0.0, 0.0);
+    for prototype in 0..2 {
+        world.plants.push(Plant {
+            prototype,
+            world_from_plant: Similarity3::from_parts(foot.coords.into(), UnitQuaternion::identity(), 1.0),
+            instance: 1,
+            hinge: Hinge { foot, height_m: 2.0, fork: foot, reach_m: 1.0 },
+        });
+    }
+    for mean_mps in [0.0, 5.0] {
+        world.wind = Wind::new(&WindSpec { mean_mps, ..WindSpec::default() }, &world.plants, Seed(6));
+        let optics = Optics::new(&world);
+        let leaf = world.wind.sway(1, &world.plants[1], 1.0).leaf(0, &world.prototypes[1].leaves[0]);
+        let target = world.wind.sway(1, &world.plants[1], 1.0).world_from_plant * leaf.center;
+        let origin = Point3::new(0.0, 0.0, 1.0);
+        let ray = Ray {
+            stamp: Time::SIMULATION_START,
+            origin,
+            direction: (target - origin).normalize(),
+            range_m_min: 0.0,
+            range_m_max: 50.0,
+            depth: f64::INFINITY,
+        };
+        let hit = optics.cast(&ray).unwrap();
+        assert_eq!(
+            hit.class,
+            Class::Leaf,
+            "{mean_mps} {hit:?} {leaf:?} {target} {}",
+            (target - origin).norm()
+        );
+        assert!((hit.range_m - (target - origin).norm()).abs() < 1e-6);
+        for direction in [Vector3::z(), Vector3::repeat(f64::NAN), Vector3::zeros()] {
+            assert_eq!(optics.cast(&Ray { direction, ..ray }), None);
+        }
+        let nowhere = Point3::new(f64::NAN, 0.0, 1.0);
+        assert_eq!(optics.cast(&Ray { origin: nowhere, ..ray }), None);
+        assert_eq!(optics.cast(&Ray { range_m_max: 0.0, ..ray }), None);
+    }
+}
+
+#[test]
+fn a_beam_from_inside_a_trunk_meets_its_bark_and_one_from_under_the_soil_meets_it_at_once() {
+    let mut world = grove(0.0);
+    world.plants.clear();
+    let optics = Optics::new(&world);
+    let trunk = world.solids[0].shape;
+    let inside = Ray {
+        stamp: Time::SIMULATION_START,
+        origin: trunk.center(0.4),
+        direction: Vector3::x(),
+        range_m_min: 0.0,
+        range_m_max: 50.0,
+        depth: 1.0,
+    };
+    let hit = optics.cast(&inside).unwrap();
+    assert_eq!((hit.class, hit.instance), (Class::Trunk, 1));
+    assert!((hit.range_m - trunk.radius_m(0.4)).abs() < 1e-9);
+    let buried = Ray { origin: Point3::new(0.1, 0.1, -3.0), ..inside };
+    let hit = optics.cast(&buried).unwrap();
+    assert_eq!((hit.class, hit.range_m), (Class::Ground, 0.0));
+}
+
+#[test]
+fn placements_between_knots_are_the_wind_s_own_within_fifty_micrometers() {
+    let world = grove(10.0);
+    let mut knots = Knots::new(&world.wind, &world.plants);
+    let mut worst = 0.0_f64;
+    for step in 0..20_000 {
+        let stamp = Time::from_nanos(1_000_000_000 + step * 437_123);
+        for (index, plant) in world.plants.iter().enumerate() {
+            let found = knots.at(&world.wind, &world.plants, index, stamp);
+            let wanted = world.wind.sway(index, plant, stamp.seconds());
+            // The farthest tip.
+            let tip = Point3::new(0.8, 0.8, 1.8);
+            worst = worst.max((found.plant_from_world.point(&(wanted.world_from_plant * tip)) - tip).norm());
+            for pitch in 0..4 {
+                let apart = found.leaf_turns[pitch] - wanted.leaf_turns[pitch];
+                assert!((apart - apart.round()).abs() < 1e-9);
+            }
+        }
+    }
+    assert!(worst < 50e-6, "{worst}");
+}

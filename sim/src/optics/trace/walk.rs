@@ -1,0 +1,235 @@
+//! How sixteen beams that start together walk a tree of boxes.
+//!
+//! A node's eight boxes are first held against the whole packet at once, by interval arithmetic; only the boxes that
+//! some beam might enter are held against each beam. Both tests use the same rounded products, and rounding is monotone,
+//! so the first never drops what the second would keep. Boxes have a margin wider than all rounding, so a box test
+//! never decides what a beam meets, only what it costs to find out.
+
+use super::lanes::{Bytes, Isa, Lanes};
+use super::node::{Child, Node};
+
+/// Up to sixteen beams with one origin, seen from one frame.
+pub(super) struct Beams<I: Isa> {
+    pub(super) origin: [f32; 3],
+    pub(super) direction: [I::Wide; 3],
+    inverse: [I::Wide; 3],
+    inverse_low: [f32; 3],
+    inverse_high: [f32; 3],
+    /// Middle and half size of the box around all directions; the half has a margin for rounding.
+    pub(super) middle: [f32; 3],
+    pub(super) half: [f32; 3],
+}
+
+/// What beams have met so far. Beams that take no part have no stretch between `begin` and `range`.
+pub(super) struct Nearest<I: Isa> {
+    /// Nothing at or before this counts, in lengths of the direction.
+    pub(super) begin: I::Wide,
+    pub(super) range: I::Wide,
+    /// The greatest `range`.
+    pub(super) far: f32,
+    /// The least `begin`.
+    pub(super) near: f32,
+    pub(super) met: [Met; 16],
+}
+
+/// A surface's address.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Met {
+    /// A plant's index, or one of the constants.
+    pub(super) place: u32,
+    pub(super) part: u32,
+}
+
+impl Met {
+    pub(super) const NOTHING: Met = Met { place: u32::MAX, part: 0 };
+    pub(super) const GROUND: u32 = u32::MAX - 1;
+    pub(super) const SOLID: u32 = u32::MAX - 2;
+    /// Parts of a plant from here on are branches.
+    pub(super) const BRANCH: u32 = 1 << 31;
+}
+
+/// A subtree that some of the beams enter, no nearer than `range`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pending {
+    range: f32,
+    child: Child,
+    mask: u32,
+}
+
+/// What hangs in a tree.
+pub(super) trait Visit<I: Isa> {
+    /// The beams in the mask enter the item's box.
+    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>);
+}
+
+/// Flatter directions count as this flat: a product with the inverse is then never infinite times zero.
+const FLAT: f32 = 1e-20;
+
+impl<I: Isa> Beams<I> {
+    /// The lanes in the mask must hold a beam; others may hold anything.
+    #[inline(always)]
+    pub(super) fn new(origin: [f32; 3], direction: [I::Wide; 3], mask: u32) -> Self {
+        let zero = [0.0_f32; 3];
+        let mut beams = Beams {
+            origin,
+            direction,
+            inverse: direction,
+            inverse_low: zero,
+            inverse_high: zero,
+            middle: zero,
+            half: zero,
+        };
+        let mut steepest = 0.0_f32;
+        let mut axis = 0;
+        while axis < 3 {
+            let flat = direction[axis].abs().lt(I::Wide::splat(FLAT));
+            let safe = I::Wide::splat(FLAT).keep(flat, direction[axis]);
+            beams.inverse[axis] = I::Wide::splat(1.0).div(safe);
+            let low = safe.keep(mask, I::Wide::splat(f32::INFINITY)).least();
+            let high = safe.keep(mask, I::Wide::splat(f32::NEG_INFINITY)).greatest();
+            let one_way = low > 0.0 || high < 0.0;
+            beams.inverse_low[axis] = if one_way { 1.0 / high } else { -1.0 / FLAT };
+            beams.inverse_high[axis] = if one_way { 1.0 / low } else { 1.0 / FLAT };
+            beams.middle[axis] = 0.5 * (low + high);
+            beams.half[axis] = 0.5 * (high - low);
+            let steep = if -low > high { -low } else { high };
+            steepest = if steep > steepest { steep } else { steepest };
+            axis += 1;
+        }
+        let mut axis = 0;
+        while axis < 3 {
+            beams.half[axis] += 1e-6 * steepest;
+            axis += 1;
+        }
+        beams
+    }
+}
+
+impl<I: Isa> Nearest<I> {
+    #[inline(always)]
+    pub(super) fn new(begin: I::Wide, range: I::Wide) -> Self {
+        Nearest { begin, range, far: range.greatest(), near: begin.least(), met: [Met::NOTHING; 16] }
+    }
+
+    /// The beams in the mask cross a surface at these distances. Of surfaces at one distance the lesser address is met,
+    /// so the order of visits decides nothing.
+    #[inline(always)]
+    pub(super) fn offer(&mut self, range: I::Wide, mask: u32, met: Met) {
+        let mask = mask & self.begin.lt(range) & range.le(self.range);
+        if mask == 0 {
+            return;
+        }
+        let mut taken = range.lt(self.range) & mask;
+        let mut alike = mask & !taken;
+        while alike != 0 {
+            let lane = alike.trailing_zeros() as usize & 15;
+            taken |= u32::from(met < self.met[lane]) << lane;
+            alike &= alike - 1;
+        }
+        self.range = range.keep(taken, self.range);
+        self.far = self.range.greatest();
+        while taken != 0 {
+            self.met[taken.trailing_zeros() as usize & 15] = met;
+            taken &= taken - 1;
+        }
+    }
+}
+
+/// Walks from the root, nearest boxes first. Boxes are `margin_m` wider than the tree says.
+#[inline(always)]
+pub(super) fn walk<I: Isa, V: Visit<I>>(
+    nodes: &[Node],
+    beams: &Beams<I>,
+    mask: u32,
+    margin_m: f32,
+    nearest: &mut Nearest<I>,
+    stack: &mut Vec<Pending>,
+    visitor: &mut V,
+) {
+    if nodes.is_empty() {
+        return;
+    }
+    let floor = stack.len();
+    let mut next = Pending { range: nearest.near, child: Child::new(Child::NODE, 0), mask };
+    loop {
+        if next.range <= nearest.far {
+            if next.child.kind() == Child::NODE {
+                open(&nodes[next.child.index()], beams, next.mask, margin_m, nearest, stack);
+            } else {
+                visitor.visit(next.child, next.mask, nearest, stack);
+            }
+        }
+        if stack.len() <= floor {
+            return;
+        }
+        match stack.pop() {
+            Some(pending) => next = pending,
+            None => return,
+        }
+    }
+}
+
+/// Puts the children that some beam of the mask enters on the stack, the nearest on top.
+#[inline(always)]
+fn open<I: Isa>(
+    node: &Node,
+    beams: &Beams<I>,
+    mask: u32,
+    margin_m: f32,
+    nearest: &Nearest<I>,
+    stack: &mut Vec<Pending>,
+) {
+    let mut enter = I::Half::splat(nearest.near);
+    let mut leave = I::Half::splat(nearest.far);
+    let mut from = [[0.0_f32; 8]; 3];
+    let mut to = [[0.0_f32; 8]; 3];
+    let mut axis = 0;
+    while axis < 3 {
+        let step = I::Half::splat(node.step[axis]);
+        let base = node.low[axis] - beams.origin[axis];
+        let low = I::Half::from_bytes(&node.from[axis]).fma(step, I::Half::splat(base - margin_m));
+        let high = I::Half::from_bytes(&node.to[axis]).fma(step, I::Half::splat(base + margin_m));
+        let (least, most) =
+            (I::Half::splat(beams.inverse_low[axis]), I::Half::splat(beams.inverse_high[axis]));
+        let (a, b, c, d) = (low.mul(least), low.mul(most), high.mul(least), high.mul(most));
+        enter = a.min(b).min(c.min(d)).max(enter);
+        leave = a.max(b).max(c.max(d)).min(leave);
+        low.store(&mut from[axis]);
+        high.store(&mut to[axis]);
+        axis += 1;
+    }
+    let mut maybe = enter.le(leave) & node.filled;
+    if maybe == 0 {
+        return;
+    }
+    let mut entries = [0.0_f32; 8];
+    enter.store(&mut entries);
+    let floor = stack.len();
+    while maybe != 0 {
+        let slot = maybe.trailing_zeros() as usize & 7;
+        maybe &= maybe - 1;
+        let mut enter = nearest.begin;
+        let mut leave = nearest.range;
+        let mut axis = 0;
+        while axis < 3 {
+            let a = I::Wide::splat(from[axis][slot]).mul(beams.inverse[axis]);
+            let b = I::Wide::splat(to[axis][slot]).mul(beams.inverse[axis]);
+            enter = a.min(b).max(enter);
+            leave = a.max(b).min(leave);
+            axis += 1;
+        }
+        let entering = enter.le(leave) & mask;
+        if entering == 0 {
+            continue;
+        }
+        let pending = Pending { range: entries[slot], child: node.children[slot], mask: entering };
+        // Sorted in: few children survive, and the nearest is popped first.
+        stack.push(pending);
+        let mut at = stack.len() - 1;
+        while at > floor && stack[at - 1].range < pending.range {
+            stack[at] = stack[at - 1];
+            at -= 1;
+        }
+        stack[at] = pending;
+    }
+}
