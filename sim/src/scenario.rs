@@ -16,7 +16,9 @@ pub const EMBEDDED: &[(&str, &str)] = &[
     ("cone-field-go1-short", include_str!("../scenarios/cone-field-go1-short.toml")),
     ("citrus-go1", include_str!("../scenarios/citrus-go1.toml")),
     ("citrus-go1-short", include_str!("../scenarios/citrus-go1-short.toml")),
+    ("forest-go1", include_str!("../scenarios/forest-go1.toml")),
     ("orchard-go1", include_str!("../scenarios/orchard-go1.toml")),
+    ("vineyard-go1", include_str!("../scenarios/vineyard-go1.toml")),
 ];
 
 /// Everything that exists in a run, every default spelled out.

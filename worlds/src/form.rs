@@ -187,10 +187,10 @@ fn clumps(spec: &CrownSpec, crown: &Crown, stream: Stream) -> Vec<Haze> {
         .collect()
 }
 
-/// A flat clump of a cone, as far up as holds `share` of its volume.
+/// A flat clump of a cone, as far up as holds `share` of its outline seen from the side.
 fn whorl(crown: &Crown, share: f64, out_ratio: f64, size_ratio: f64, [cos, sin]: [f64; 2]) -> Haze {
     let height_m = 2.0 * crown.half_size.z;
-    let up = 1.0 - (1.0 - share).cbrt();
+    let up = 1.0 - (1.0 - share).sqrt();
     let half_m = 0.25 * size_ratio * height_m * (1.0 - 0.8 * up);
     let center_m = crown.base_m() + half_m + up * (height_m - 2.0 * half_m);
     // The cone is narrowest at the clump's upper end; half of that radius is the clump's own, half is its way out.

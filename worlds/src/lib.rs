@@ -27,12 +27,13 @@ pub use crown::{Crown, CrownShape};
 pub use grass::Grass;
 pub use haze::{Haze, Outline};
 pub use leaf_angle::LeafAngle;
-pub use planting::{cones, rows, surroundings};
+pub use planting::{cones, forest, rows, surroundings};
 pub use season::{Foliage, Season, SeasonScales};
 pub use shape::{Bounds, Frustum, Leaf};
 pub use spec::{
-    CitrusSpec, ConesSpec, CrownSpec, GrassSpec, LeavesSpec, OrchardSpec, Planting, RowsSpec, SpecError,
-    SurroundingsSpec, TerrainSpec, TrunkSpec, WorldSpec,
+    CitrusSpec, ConesSpec, CrownSpec, ForestSpec, GrassSpec, LeavesSpec, OrchardSpec, Planting, RowsSpec,
+    SpecError, StandSpec, SurroundingsSpec, TerrainSpec, TrellisSpec, TrunkSpec, UndergrowthSpec,
+    VineyardSpec, WorldSpec,
 };
 pub use stand::CrownTruth;
 pub use terrain::Terrain;
@@ -40,7 +41,7 @@ pub use tree::Prototype;
 pub use trunks::{TRUNK_HEIGHT_M, TrunkTruth, trunk_map};
 pub use wind::{Hinge, Sway, Wind, WindSpec};
 
-use crate::planting::grove;
+use crate::planting::{grove, vineyard};
 use crate::stand::Stand;
 use crate::surroundings::Around;
 use arborloop_base::{Class, Seed};
@@ -113,6 +114,12 @@ pub fn build(spec: &WorldSpec, seed: Seed) -> World {
         }
         Planting::Orchard(spec) => {
             (grove::orchard(spec, &terrain, seed), Around::plants(rows::extent(&spec.rows)))
+        }
+        Planting::Vineyard(spec) => {
+            (vineyard::grow(spec, &terrain, seed), Around::plants(rows::extent(&spec.rows)))
+        }
+        Planting::Forest(spec) => {
+            (forest::grow(spec, &terrain, seed), Around::plants(forest::extent(&spec.stand)))
         }
         Planting::None => (Stand::default(), Around::bare(Point2::origin())),
     };

@@ -2,18 +2,22 @@
 
 mod citrus;
 mod cones;
+mod forest;
 mod ground;
 mod orchard;
 mod plants;
 mod surroundings;
 mod table;
+mod vineyard;
 
 pub use citrus::CitrusSpec;
 pub use cones::ConesSpec;
+pub use forest::{ForestSpec, StandSpec, UndergrowthSpec};
 pub use ground::{GrassSpec, TerrainSpec};
 pub use orchard::OrchardSpec;
 pub use plants::{CrownSpec, LeavesSpec, RowsSpec, TrunkSpec};
 pub use surroundings::SurroundingsSpec;
+pub use vineyard::{TrellisSpec, VineyardSpec};
 
 use crate::wind::WindSpec;
 use serde::{Deserialize, Serialize};
@@ -44,6 +48,10 @@ pub enum Planting {
     Citrus(CitrusSpec),
     /// Fruit trees in rows, Pullally.
     Orchard(OrchardSpec),
+    /// Vines on a trellis, Bacchus.
+    Vineyard(VineyardSpec),
+    /// Scattered trees and undergrowth.
+    Forest(ForestSpec),
     /// Nothing.
     None,
 }
@@ -55,6 +63,8 @@ enum PlantingText {
     Cones(ConesSpec),
     Citrus(CitrusSpec),
     Orchard(OrchardSpec),
+    Vineyard(VineyardSpec),
+    Forest(ForestSpec),
     None {},
 }
 
@@ -64,6 +74,8 @@ impl From<PlantingText> for Planting {
             PlantingText::Cones(field) => Planting::Cones(field),
             PlantingText::Citrus(grove) => Planting::Citrus(grove),
             PlantingText::Orchard(orchard) => Planting::Orchard(orchard),
+            PlantingText::Vineyard(vineyard) => Planting::Vineyard(vineyard),
+            PlantingText::Forest(forest) => Planting::Forest(forest),
             PlantingText::None {} => Planting::None,
         }
     }
@@ -110,6 +122,8 @@ impl Planting {
             Planting::Cones(field) => field.check(),
             Planting::Citrus(grove) => grove.check(),
             Planting::Orchard(orchard) => orchard.check(),
+            Planting::Vineyard(vineyard) => vineyard.check(),
+            Planting::Forest(forest) => forest.check(),
             Planting::None => Ok(()),
         }
     }

@@ -53,6 +53,13 @@ pub(crate) struct Sort {
     limbs: Vec<SortLimb>,
 }
 
+impl Sort {
+    /// The space that its leaves fill, plant frame.
+    pub(crate) fn crown(&self) -> &Crown {
+        &self.crown
+    }
+}
+
 struct SortLimb {
     prototype: usize,
     fork: Point3<f64>,
@@ -79,7 +86,13 @@ impl Facing {
 /// One place and what is particular to the plant there.
 pub(crate) struct Site {
     pub(crate) instance: u32,
-    pub(crate) world_from_plant: Similarity3<f64>,
+    /// Where the trunk leaves the ground, world frame.
+    pub(crate) foot: Point3<f64>,
+    /// About the vertical.
+    pub(crate) turn: UnitQuaternion<f64>,
+    /// Away from the vertical.
+    pub(crate) lean: UnitQuaternion<f64>,
+    pub(crate) scale: f64,
     pub(crate) trunk_radius_m: f64,
 }
 
@@ -102,13 +115,24 @@ impl Site {
         let scale = 1.0 + size_variation_ratio * draws.within(-1.0, 1.0);
         let lean_rad = trunk.lean_deg.to_radians();
         let [lean_x, lean_y] = [(); 2].map(|()| lean_rad * clipped_normal(draws));
-        let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(lean_x, lean_y, 0.0))
-            * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad);
         Site {
             instance,
-            world_from_plant: Similarity3::from_parts(Translation3::from(foot), rotation, scale),
+            foot,
+            turn: UnitQuaternion::from_axis_angle(&Vector3::z_axis(), yaw_rad),
+            lean: UnitQuaternion::from_scaled_axis(Vector3::new(lean_x, lean_y, 0.0)),
+            scale,
             trunk_radius_m: log_normal(trunk.radius_m, trunk.radius_variation_ratio, draws),
         }
+    }
+
+    /// Plant to world for a plant that leans as a whole.
+    pub(crate) fn leaning(&self) -> Similarity3<f64> {
+        Similarity3::from_parts(Translation3::from(self.foot), self.lean * self.turn, self.scale)
+    }
+
+    /// Plant to world for a plant that its trellis holds upright.
+    pub(crate) fn upright(&self) -> Similarity3<f64> {
+        Similarity3::from_parts(Translation3::from(self.foot), self.turn, self.scale)
     }
 }
 
@@ -140,14 +164,29 @@ impl Stand {
         }
     }
 
-    /// Puts the limbs and the crown of a plant up.
-    pub(crate) fn put_crown(&mut self, sort: &Sort, site: &Site) {
-        let world_from_plant = site.world_from_plant;
+    /// Puts up a plant that leans as a whole: trunk, limbs and crown.
+    pub(crate) fn put(&mut self, sort: &Sort, site: &Site, trunk: &TrunkSpec) {
+        let world_from_plant = site.leaning();
+        if sort.trunk_top_m > 0.0 {
+            let shape = Frustum {
+                base: Point3::new(0.0, 0.0, -BURIED_M / site.scale),
+                axis: Vector3::z_axis(),
+                height_m: sort.trunk_top_m + BURIED_M / site.scale,
+                radius_base_m: site.trunk_radius_m / site.scale,
+                radius_top_m: sort.trunk_taper_ratio * site.trunk_radius_m / site.scale,
+            };
+            self.put_trunk(site.instance, shape.transformed(&world_from_plant), trunk);
+        }
+        self.put_crown(sort, site.instance, world_from_plant);
+    }
+
+    /// Puts up limbs and crown.
+    pub(crate) fn put_crown(&mut self, sort: &Sort, instance: u32, world_from_plant: Similarity3<f64>) {
         let scale = world_from_plant.scaling();
         self.plants.extend(sort.limbs.iter().map(|limb| Plant {
             prototype: limb.prototype,
             world_from_plant,
-            instance: site.instance,
+            instance,
             hinge: Hinge {
                 foot: world_from_plant * Point3::origin(),
                 height_m: scale * sort.crown.top_m(),
@@ -155,25 +194,13 @@ impl Stand {
                 reach_m: scale * limb.reach_m,
             },
         }));
-        self.crowns.push(CrownTruth { instance: site.instance, crown: sort.crown, world_from_plant });
+        self.crowns.push(CrownTruth { instance, crown: sort.crown, world_from_plant });
     }
 
-    /// Puts its trunk up, which leans with the plant.
-    pub(crate) fn put_trunk(&mut self, sort: &Sort, site: &Site, trunk: &TrunkSpec) {
-        let scale = site.world_from_plant.scaling();
-        let shape = Frustum {
-            base: Point3::new(0.0, 0.0, -BURIED_M / scale),
-            axis: Vector3::z_axis(),
-            height_m: sort.trunk_top_m + BURIED_M / scale,
-            radius_base_m: site.trunk_radius_m / scale,
-            radius_top_m: sort.trunk_taper_ratio * site.trunk_radius_m / scale,
-        };
-        self.solids.push(Solid {
-            class: Class::Trunk,
-            instance: site.instance,
-            shape: shape.transformed(&site.world_from_plant),
-            reflectivity_ratio: trunk.reflectivity_ratio,
-        });
+    /// Puts up a trunk, world frame.
+    pub(crate) fn put_trunk(&mut self, instance: u32, shape: Frustum, trunk: &TrunkSpec) {
+        let reflectivity_ratio = trunk.reflectivity_ratio;
+        self.solids.push(Solid { class: Class::Trunk, instance, shape, reflectivity_ratio });
     }
 }
 

@@ -63,8 +63,7 @@ fn grow(grove: &Grove<'_>, terrain: &Terrain, seed: Seed) -> Stand {
         let foot = Point3::new(place.point.x, place.point.y, terrain.height_m(place.point.x, place.point.y));
         let size_variation_ratio = grove.crown.size_variation_ratio;
         let site = Site::draw(place.instance(), foot, facing, size_variation_ratio, grove.trunk, &mut draws);
-        stand.put_trunk(sort, &site, grove.trunk);
-        stand.put_crown(sort, &site);
+        stand.put(sort, &site, grove.trunk);
     }
     stand
 }

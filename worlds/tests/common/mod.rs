@@ -2,8 +2,8 @@
 #![allow(dead_code)] // each test binary uses its own part
 
 use arborloop_worlds::{
-    CitrusSpec, Foliage, GrassSpec, OrchardSpec, Planting, RowsSpec, Season, SurroundingsSpec, TerrainSpec,
-    WindSpec, WorldSpec,
+    CitrusSpec, Foliage, ForestSpec, GrassSpec, OrchardSpec, Planting, RowsSpec, Season, SurroundingsSpec,
+    TerrainSpec, VineyardSpec, WindSpec, WorldSpec,
 };
 
 /// A planting alone on uneven ground.
@@ -31,6 +31,22 @@ pub(crate) fn small_orchard() -> OrchardSpec {
     spec
 }
 
+pub(crate) fn small_vineyard() -> VineyardSpec {
+    let mut spec = VineyardSpec::default();
+    spec.rows = RowsSpec { count: 3, plants: 9, ..spec.rows };
+    spec.leaves.size_m = 0.1;
+    spec
+}
+
+/// Without undergrowth, whose leaf area density is its own.
+pub(crate) fn small_forest() -> ForestSpec {
+    let mut spec = ForestSpec::default();
+    spec.stand.trees = 40;
+    spec.undergrowth.bushes = 0;
+    spec.leaves.size_m = 0.2;
+    spec
+}
+
 /// Every kind of planting with plants of its own.
 pub(crate) fn each_small() -> Vec<(&'static str, Planting)> {
     vec![("citrus", Planting::Citrus(small_citrus())), ("orchard", Planting::Orchard(small_orchard()))]
@@ -47,6 +63,14 @@ pub(crate) fn with_season(planting: &Planting, season: Season, turbid: bool) -> 
         Planting::Orchard(spec) => {
             let asked_per_m = spec.leaves.area_per_m;
             (Planting::Orchard(OrchardSpec { season, foliage, ..spec }), asked_per_m)
+        }
+        Planting::Vineyard(spec) => {
+            let asked_per_m = spec.leaves.area_per_m;
+            (Planting::Vineyard(VineyardSpec { season, foliage, ..spec }), asked_per_m)
+        }
+        Planting::Forest(spec) => {
+            let asked_per_m = spec.leaves.area_per_m;
+            (Planting::Forest(ForestSpec { season, foliage, ..spec }), asked_per_m)
         }
         other => (other, 0.0),
     }
