@@ -3,8 +3,9 @@
 use crate::shape::Bounds;
 use crate::spec::TerrainSpec;
 use crate::{surface, waves};
-use arborloop_base::{Grid, Seed};
+use arborloop_base::{Grid, Seed, Stream};
 use nalgebra::{Point2, Point3, Unit, Vector3};
+use std::f64::consts::TAU;
 
 /// The ground. Its height is 0 at the world's origin.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,7 +16,8 @@ pub struct Terrain {
 }
 
 impl Terrain {
-    /// Slope, undulation and bumps, from the streams `world/terrain/relief` and `world/terrain/bumps`.
+    /// Slope, undulation, bumps, furrows and clods, from the streams `world/terrain/relief`, `world/terrain/bumps` and
+    /// `world/terrain/clods` (by node, counted from the origin).
     pub(crate) fn new(spec: &TerrainSpec, seed: Seed) -> Self {
         let (mut nodes, places) = surface::lattice(spec.extent_m, spec.cell_m);
         let streams = [
@@ -27,6 +29,12 @@ impl Terrain {
                 let field = waves::field(stream, deviation_m, wavelength_m, &places, &places);
                 nodes.cells_mut().iter_mut().zip(field).for_each(|(height, rise)| *height += rise);
             }
+        }
+        if spec.roughness_m > 0.0 {
+            scatter_clods(&mut nodes, spec.roughness_m, seed.stream("world/terrain/clods"));
+        }
+        if spec.furrow_depth_m > 0.0 {
+            plow(&mut nodes, &places, spec);
         }
         let (toward_y, toward_x) = spec.slope_toward_deg.to_radians().sin_cos();
         let fall = spec.slope_deg.to_radians().tan();
@@ -80,5 +88,25 @@ impl Terrain {
     pub fn height_range_m(&self) -> (f64, f64) {
         let start = (f64::INFINITY, f64::NEG_INFINITY);
         self.nodes.cells().iter().fold(start, |(low, high), h| (low.min(*h), high.max(*h)))
+    }
+}
+
+/// Every node's own height, normal. A node's address is its distance from the origin in cells, so that a larger field
+/// keeps the clods of a smaller one.
+fn scatter_clods(nodes: &mut Grid<f64>, deviation_m: f64, stream: Stream) {
+    let (columns, half) = (nodes.columns(), (nodes.columns() / 2) as i64);
+    for (index, height) in nodes.cells_mut().iter_mut().enumerate() {
+        let [column, row] = [index % columns, index / columns].map(|n| (n as i64 - half) as u64);
+        *height += deviation_m * stream.child(column).at(row).normal();
+    }
+}
+
+/// A cosine across the furrows.
+fn plow(nodes: &mut Grid<f64>, places: &[f64], spec: &TerrainSpec) {
+    let (along_y, along_x) = spec.furrow_bearing_deg.to_radians().sin_cos();
+    let columns = nodes.columns();
+    for (index, height) in nodes.cells_mut().iter_mut().enumerate() {
+        let across_m = places[index / columns] * along_x - places[index % columns] * along_y;
+        *height += 0.5 * spec.furrow_depth_m * (TAU * across_m / spec.furrow_spacing_m).cos();
     }
 }

@@ -1,6 +1,9 @@
 //! What a world's spec accepts and how it refuses.
 
-use arborloop_worlds::{ConesSpec, GrassSpec, Planting, SurroundingsSpec, TerrainSpec, WorldSpec};
+use arborloop_worlds::{
+    CitrusSpec, ConesSpec, ForestSpec, GrassSpec, OrchardSpec, Planting, Season, SurroundingsSpec,
+    TerrainSpec, VineyardSpec, WorldSpec,
+};
 
 #[test]
 fn defaults_are_valid_and_survive_being_written_and_read() {
@@ -14,6 +17,28 @@ fn defaults_are_valid_and_survive_being_written_and_read() {
 }
 
 #[test]
+fn every_planting_survives_being_written_and_read_and_keeps_what_a_file_does_not_say() {
+    let plantings = [
+        Planting::Citrus(CitrusSpec::default()),
+        Planting::Orchard(OrchardSpec::default()),
+        Planting::Vineyard(VineyardSpec::default()),
+        Planting::Forest(ForestSpec::default()),
+    ];
+    for planting in plantings {
+        let spec = WorldSpec { planting, ..WorldSpec::default() };
+        spec.check().unwrap();
+        let written = toml::to_string(&spec).unwrap();
+        assert_eq!(toml::from_str::<WorldSpec>(&written).unwrap(), spec, "{written}");
+    }
+    let read = |text: &str| toml::from_str::<WorldSpec>(text).unwrap().planting;
+    assert_eq!(read("[planting]\nkind = \"vineyard\""), Planting::Vineyard(VineyardSpec::default()));
+    let mut wider = CitrusSpec::default();
+    (wider.rows.spacing_m, wider.season) = (7.0, Season::Flush);
+    let text = "[planting]\nkind = \"citrus\"\nseason = \"flush\"\n[planting.rows]\nspacing_m = 7.0";
+    assert_eq!(read(text), Planting::Citrus(wider));
+}
+
+#[test]
 fn a_mistyped_key_or_kind_is_refused_everywhere() {
     for text in [
         "[terain]",
@@ -23,6 +48,12 @@ fn a_mistyped_key_or_kind_is_refused_everywhere() {
         "[planting]\nkind = \"cone\"",
         "[planting]\ncount = 3",
         "[planting]\nkind = \"none\"\ncount = 3",
+        "[planting]\nkind = \"orchard\"\ncount = 3",
+        "[planting]\nkind = \"orchard\"\n[planting.rows]\nplant_spacing = 3.0",
+        "[planting]\nkind = \"orchard\"\n[planting.trellis]\npost_height_m = 2.0",
+        "[planting]\nkind = \"vineyard\"\nseason = \"winter\"",
+        "[planting]\nkind = \"forest\"\n[planting.leaves]\nangle = \"flat\"",
+        "[planting]\nkind = \"citrus\"\n[planting.crown]\nshape = \"sphere\"",
         "[surroundings]\ntrees = -1",
         "[terrain]\nslope_deg = \"steep\"",
     ] {
