@@ -6,12 +6,14 @@
 mod estimate;
 mod grid;
 mod observation;
+pub mod os1;
 mod pose;
 mod seam;
 mod seed;
 mod time;
 mod truth;
 pub mod vlp16;
+mod wire;
 
 pub use estimate::{Estimate, Health};
 pub use grid::{Cell, Grid};
@@ -23,3 +25,4 @@ pub use seam::{Record, Sink, SinkError, Slam};
 pub use seed::{Draws, Seed, Stream};
 pub use time::{Span, Time};
 pub use truth::{Class, Contact, Label, Truth};
+pub use wire::{CarryError, Wire};

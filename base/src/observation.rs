@@ -16,7 +16,7 @@ pub struct Return {
     pub range_m: Option<f64>,
     /// Elevation rank of the beam, 0 the lowest.
     pub ring: u16,
-    /// Which echo of the firing this is, 0 the first.
+    /// Which echo of the firing this is: 0 the only one or the nearer of two, 1 the farther.
     pub number: u8,
     /// When the beam fired, after the sweep's start.
     pub fired_after: Span,

@@ -30,6 +30,8 @@ pub enum Class {
     Wire = 8,
     /// The robot's own body.
     Robot = 9,
+    /// Rain, fog or dust in the air.
+    Weather = 10,
 }
 
 /// Truth of one return: same order as the sweep's returns.
@@ -39,10 +41,27 @@ pub struct Label {
     pub class: Class,
     /// Which object of that class, as numbered by the world; 0 where the class has no objects.
     pub instance: u32,
-    /// Distance along the beam before noise, quantization and dropout, meters; NaN when nothing was met.
+    /// Distance along the beam before noise, quantization and dropout, meters; of a mixed return the mean of what was
+    /// met, weighted by energy; NaN when nothing was met.
     pub range_m: f32,
     /// Angle between the beam and the surface normal, radians in [0, pi/2]; NaN when nothing was met.
     pub incidence_rad: f32,
+    /// Several surfaces share this return: its range belongs to none of them.
+    pub mixed: bool,
+    /// How far the wind has moved the surface from where it rests, meters.
+    pub displaced_m: f32,
+}
+
+impl Label {
+    /// Nothing was met.
+    pub const MISS: Label = Label {
+        class: Class::Sky,
+        instance: 0,
+        range_m: f32::NAN,
+        incidence_rad: f32::NAN,
+        mixed: false,
+        displaced_m: 0.0,
+    };
 }
 
 /// Two bodies touch.

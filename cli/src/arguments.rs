@@ -47,7 +47,8 @@ pub(crate) enum Verb {
         #[arg(required = true)]
         files: Vec<String>,
     },
-    /// Show a scenario with every default spelled out, pictures of its world, or a robot's tree and masses.
+    /// Show a scenario with every default spelled out, pictures of its world, a lidar's data file, or a robot's tree and
+    /// masses.
     Show(Show),
     /// What comes with the program.
     List,
@@ -172,6 +173,12 @@ pub(crate) enum Shown {
         /// Folder for top.png, view.png and sweep.png; made if it is missing.
         #[arg(short, long)]
         output: PathBuf,
+    },
+    /// A lidar's beams, turn, pulse and range: a data file to start one's own from.
+    Lidar {
+        /// Name of a lidar that comes with the program, or a file to check.
+        #[arg(default_value = "vlp16")]
+        lidar: String,
     },
     /// A robot's links, joints, masses and sensor frames; the Go1 when no file is given.
     Robot {

@@ -7,7 +7,7 @@ use crate::session::{Case, simulate};
 use crate::systems::{Catalog, SystemSpec};
 use arborloop_base::Slam;
 use arborloop_eval::{MapScore, Score};
-use arborloop_sim::{Outcome, Scenario};
+use arborloop_sim::Outcome;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -101,8 +101,7 @@ impl Experiment {
     /// # Errors
     /// A scenario or a name that is refused.
     pub fn run(self) -> Result<Summary, Failure> {
-        let document = load::scenario(&self.scenario, Path::new(""))?.overridden(&self.set)?;
-        let scenario = Scenario::read(&document)?;
+        let scenario = load::checked(&self.scenario, Path::new(""), &self.set)?;
         let driver = self.driver.or_else(|| self.systems.first().cloned()).unwrap_or_else(|| "truth".into());
         let specs: BTreeMap<String, SystemSpec> = BTreeMap::new();
         let case = Case {

@@ -4,7 +4,9 @@ use crate::expect::{Expect, Finding};
 use crate::failure::Failure;
 use crate::systems::{Catalog, Stopwatch, SystemSpec};
 use crate::trace::Trace;
-use arborloop_base::{Cell, Estimate, Grid, Health, Pose, Record, Seed, Sink, Time, Trajectory, planar};
+use arborloop_base::{
+    Cell, Estimate, Grid, Health, Pose, Record, Seed, Sink, Time, Trajectory, Wire, planar,
+};
 use arborloop_eval::dataset::{Recorded, Recorder, RecorderSettings, Recording, RecordingKind};
 use arborloop_eval::report::HealthCounts;
 use arborloop_eval::{
@@ -87,11 +89,14 @@ impl Session {
 /// Recorder settings for a simulator's robot.
 pub(crate) fn recorder_settings(sim: &Simulator, clouds: bool) -> RecorderSettings {
     let mount = |link: &str| sim.robot().frame(link).unwrap_or_else(Pose::identity);
+    let wire = sim.scenario().wire();
     let datum = sim.scenario().gnss.clone().unwrap_or_default().datum;
     RecorderSettings {
         name: sim.scenario().name.clone(),
         clouds,
         packets: true,
+        lidar_frame: lidar_frame(&wire).to_owned(),
+        wire,
         base_from_lidar: mount("velodyne"),
         base_from_imu: mount("imu_link"),
         base_from_antenna: mount("gps_link"),
@@ -101,6 +106,15 @@ pub(crate) fn recorder_settings(sim: &Simulator, clouds: bool) -> RecorderSettin
             altitude_m: datum.altitude_m,
         },
         ..RecorderSettings::default()
+    }
+}
+
+/// What the driver of such a lidar calls its frame.
+fn lidar_frame(wire: &Wire) -> &'static str {
+    match wire {
+        Wire::Vlp16(_) => "velodyne",
+        Wire::Ouster(_) => "os_sensor",
+        Wire::Plain => "lidar",
     }
 }
 

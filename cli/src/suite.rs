@@ -95,8 +95,7 @@ pub(crate) fn read(name: &str) -> Result<(Suite, Vec<Job>), Failure> {
                 format!("found `{}`, which is not among the systems {:?}", expect.system, case.systems);
             return Err(at("expect", message).into());
         }
-        let scenario = crate::load::scenario(&case.scenario, &beside)?.overridden(&case.set)?;
-        let scenario = Scenario::read(&scenario)?;
+        let scenario = crate::load::checked(&case.scenario, &beside, &case.set)?;
         jobs.extend(case.seeds.iter().map(|&seed| Job {
             name: format!("{}/{index}-{}-{}", suite.name, scenario.name, case.driver),
             scenario: scenario.clone(),

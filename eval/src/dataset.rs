@@ -17,6 +17,7 @@ mod map;
 mod mcap_file;
 mod metadata;
 mod observations;
+mod ouster;
 mod packets;
 mod pullally;
 mod readme;

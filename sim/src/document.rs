@@ -1,5 +1,6 @@
 //! The one door to TOML: strict reading with the place of every mistake, for scenarios and suites alike.
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt;
 use std::ops::Range;
@@ -58,6 +59,16 @@ impl Document {
         Document { name: name.into(), text: text.into() }
     }
 
+    /// A value as a document, every key on a line of its own.
+    ///
+    /// # Errors
+    /// The value cannot be said in TOML.
+    pub fn of(value: &impl Serialize) -> Result<Self, Refusal> {
+        let text = toml::to_string_pretty(value);
+        text.map(|text| Document::new("", text))
+            .map_err(|error| Document::new("", "").refuse("", error.to_string(), None))
+    }
+
     /// Reads the document as a value; unknown keys, wrong types and bad syntax are refused at their place.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, Refusal> {
         toml::from_str(&self.text).map_err(|error| {
@@ -92,6 +103,21 @@ impl Document {
         let text =
             toml::to_string_pretty(&table).map_err(|error| self.refuse("", error.to_string(), None))?;
         Ok(Document::new(format!("{} with --set {}", self.name, assignments.join(" --set ")), text))
+    }
+
+    /// The document with another value in the place of the one at a dotted path; what stands on other lines stays there.
+    ///
+    /// # Errors
+    /// Nothing stands at the path, or the value cannot be said in TOML.
+    pub fn replaced(&self, path: &str, value: &impl Serialize) -> Result<Document, Refusal> {
+        let inline =
+            toml::Value::try_from(value).map_err(|error| self.refuse(path, error.to_string(), None))?;
+        let Some(place) = self.place_of(path) else {
+            return Err(self.refuse(path, format!("found no `{path}` to put a value in its place"), None));
+        };
+        let mut text = self.text.clone();
+        text.replace_range(place, &inline.to_string());
+        Ok(Document { name: self.name.clone(), text })
     }
 
     fn place_of(&self, path: &str) -> Option<Range<usize>> {

@@ -2,7 +2,7 @@
 
 use crate::document::{Document, Refusal, suggest};
 use crate::sensor::{GnssSpec, ImuSpec, LidarSpec, OdometrySpec};
-use arborloop_base::{Pose2, Span, pose2};
+use arborloop_base::{Pose2, Span, Wire, pose2};
 use arborloop_robots::{FollowerSettings, Route, TrotSettings};
 use arborloop_worlds::WorldSpec;
 use serde::{Deserialize, Serialize};
@@ -174,6 +174,11 @@ impl Scenario {
     /// The scenario as TOML with every default spelled out; reads back as the same scenario.
     pub fn resolved(&self) -> String {
         toml::to_string_pretty(self).expect("a scenario is tables, numbers and strings, which TOML can say")
+    }
+
+    /// How the lidar speaks: what its sweeps are rounded to and recorded as.
+    pub fn wire(&self) -> Wire {
+        self.lidar.wire()
     }
 
     /// One tick of the clock.

@@ -2,17 +2,17 @@
 
 mod gnss;
 mod imu;
-mod lidar;
+pub mod lidar;
 mod motion;
 mod odometry;
 
 pub use gnss::{DatumSpec, GnssSpec};
 pub use imu::ImuSpec;
-pub use lidar::{LidarModel, LidarSpec};
+pub use lidar::{EchoChoice, LidarModel, LidarSpec};
 pub use odometry::OdometrySpec;
 
 pub(crate) use gnss::Gnss;
 pub(crate) use imu::InertialSensor;
-pub(crate) use lidar::Lidar;
+pub(crate) use lidar::{Lidar, Surroundings};
 pub(crate) use motion::Motion;
 pub(crate) use odometry::LegOdometry;

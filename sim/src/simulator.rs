@@ -3,7 +3,7 @@
 use crate::optics::Optics;
 use crate::physics::Physics;
 use crate::scenario::Scenario;
-use crate::sensor::{Gnss, InertialSensor, LegOdometry, Lidar, Motion};
+use crate::sensor::{Gnss, InertialSensor, LegOdometry, Lidar, Motion, Surroundings};
 use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, spatial};
 use arborloop_robots::{Command, Follower, Ground, KinematicTrot, Robot, TrunkMotion, TrunkState, go1};
 use arborloop_worlds::{Terrain, World};
@@ -195,7 +195,8 @@ impl Simulator {
             observations.push(Observation::Fix(gnss.sample(now, &state.world_from_base)));
         }
         if due(self.lidar.period()) {
-            let (sweep, labels) = self.lidar.sweep(now, &self.motion, &self.optics);
+            let (sweep, labels) =
+                self.lidar.sweep(now, Surroundings { motion: &self.motion, optics: &self.optics });
             self.labels = labels;
             observations.push(Observation::Sweep(sweep));
         }

@@ -1,5 +1,7 @@
 //! The scenarios that come with the program: each world grows, and its route can be walked.
 
+#![allow(clippy::unwrap_used)] // Everything here is a test.
+
 use arborloop_base::{Seed, spatial};
 use arborloop_sim::scenario::EMBEDDED;
 use arborloop_sim::{Scenario, Simulator};

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::{load, suite};
-use arborloop_sim::{Document, Scenario};
+use arborloop_sim::Document;
 use std::path::Path;
 
 pub(crate) fn check(files: &[String]) -> Result<(), Failure> {
@@ -17,7 +17,7 @@ pub(crate) fn check(files: &[String]) -> Result<(), Failure> {
             let (suite, jobs) = suite::read(name)?;
             println!("{name}: suite `{}`, {} runs, in order", suite.name, jobs.len());
         } else {
-            let scenario = Scenario::read(&document)?;
+            let scenario = load::checked(name, Path::new(""), &[])?;
             println!("{name}: scenario `{}`, in order", scenario.name);
         }
     }

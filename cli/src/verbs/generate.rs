@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 pub(crate) fn generate(arguments: &Arguments, verb: &Gen) -> Result<(), Failure> {
-    let scenario = Scenario::read(&load::scenario(&verb.scenario, Path::new(""))?.overridden(&verb.set)?)?;
+    let scenario = load::checked(&verb.scenario, Path::new(""), &verb.set)?;
     let seed = verb.seed.unwrap_or(scenario.seed);
     let folder = verb.output.as_path();
     if folder.exists() {

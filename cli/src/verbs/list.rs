@@ -3,6 +3,7 @@
 use crate::suite;
 use crate::systems::Catalog;
 use arborloop_sim::scenario;
+use arborloop_sim::sensor::lidar;
 
 pub(crate) fn list(catalog: &Catalog) {
     println!("scenarios");
@@ -18,7 +19,10 @@ pub(crate) fn list(catalog: &Catalog) {
         println!("  {name}");
     }
     println!("robots\n  go1                      Unitree Go1 with a VLP-16, kinematic trot");
-    println!("lidars\n  vlp16                    Velodyne VLP-16, single return");
+    println!("lidars");
+    for (name, text) in lidar::EMBEDDED {
+        println!("  {name:24} {}", first_line(text));
+    }
 }
 
 fn first_line(text: &str) -> &str {

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 pub(crate) fn run(catalog: &Catalog, arguments: &Arguments, verb: &Run) -> Result<(), Failure> {
-    let scenario = Scenario::read(&load::scenario(&verb.scenario, Path::new(""))?.overridden(&verb.set)?)?;
+    let scenario = load::checked(&verb.scenario, Path::new(""), &verb.set)?;
     let seed = verb.seed.unwrap_or(scenario.seed);
     verb.systems.iter().try_for_each(|name| catalog.check(name))?;
     let folder = verb.output.clone().unwrap_or_else(|| {

@@ -6,21 +6,28 @@ use crate::load;
 use crate::render::{Camera, range_image, render};
 use arborloop_base::{Observation, Seed};
 use arborloop_robots::{Robot, go1};
-use arborloop_sim::{Scenario, Simulator};
+use arborloop_sim::sensor::LidarModel;
+use arborloop_sim::sensor::lidar::EMBEDDED;
+use arborloop_sim::{Document, Scenario, Simulator};
 use nalgebra::{Point2, Point3, Vector3};
 use std::path::Path;
 
 pub(crate) fn show(verb: &Show) -> Result<(), Failure> {
     match &verb.what {
         Shown::Scenario { scenario, set } => {
-            let document = load::scenario(scenario, Path::new(""))?.overridden(set)?;
-            print!("{}", Scenario::read(&document)?.resolved());
+            print!("{}", load::checked(scenario, Path::new(""), set)?.resolved());
         }
         Shown::World { scenario, seed, set, output } => {
-            let document = load::scenario(scenario, Path::new(""))?.overridden(set)?;
-            let scenario = Scenario::read(&document)?;
+            let scenario = load::checked(scenario, Path::new(""), set)?;
             world(&scenario, Seed(seed.unwrap_or(scenario.seed)), output)?;
         }
+        Shown::Lidar { lidar } => match EMBEDDED.iter().find(|(name, _)| name == lidar) {
+            Some((_, text)) => print!("{text}"),
+            None => {
+                let model = LidarModel::read(&load::file(Path::new(lidar))?)?;
+                print!("{}", Document::of(&model)?.text);
+            }
+        },
         Shown::Robot { file } => {
             let robot = match file {
                 Some(path) => {

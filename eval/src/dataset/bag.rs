@@ -199,7 +199,7 @@ impl Bag {
         if let Some(known) = self.channels.iter().position(|channel| channel.summary.topic == topic) {
             return Ok(known);
         }
-        let latched = matches!(topic, "/tf_static" | "/map" | "/ground_truth/map");
+        let latched = matches!(topic, "/tf_static" | "/ouster/metadata" | "/map" | "/ground_truth/map");
         let metadata = BTreeMap::from([
             ("offered_qos_profiles".to_owned(), super::metadata::quality_of_service(latched, "")),
             ("topic_type_hash".to_owned(), M::HASH.to_owned()),

@@ -2,7 +2,7 @@
 
 use super::error::DatasetError;
 use super::recorder::RecorderSettings;
-use arborloop_base::{Pose, vlp16};
+use arborloop_base::{Pose, Wire, vlp16};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -23,12 +23,42 @@ fn text(settings: &RecorderSettings) -> String {
     mount(&mut yaml, &settings.lidar_frame, &settings.base_from_lidar);
     mount(&mut yaml, "imu_link", &settings.base_from_imu);
     mount(&mut yaml, "gps_link", &settings.base_from_antenna);
+    match &settings.wire {
+        Wire::Vlp16(_) => vlp16_table(&mut yaml, &settings.lidar_frame),
+        Wire::Ouster(sensor) => {
+            // Writing to a string cannot fail.
+            let _ = write!(
+                yaml,
+                "lidar:\n  frame: {}\n  model: OS1\n  columns: {}\n  turn_ns: {}\n  beam_radius_m: {}\n\
+                 \x20 # One line per beam from the highest down; azimuths clockwise of the encoder's bearing.\n  beams:\n",
+                settings.lidar_frame,
+                sensor.columns,
+                sensor.turn.nanos(),
+                sensor.beam_radius_m,
+            );
+            for (elevation_deg, azimuth_deg) in sensor.altitude_deg.iter().zip(&sensor.azimuth_deg) {
+                let _ =
+                    writeln!(yaml, "    - {{elevation_deg: {elevation_deg}, azimuth_deg: {azimuth_deg}}}");
+            }
+        }
+        Wire::Plain => {
+            let frame = &settings.lidar_frame;
+            let _ = write!(
+                yaml,
+                "lidar:\n  frame: {frame}\n  # The lidar's table stands in scenario.resolved.toml.\n"
+            );
+        }
+    }
+    yaml
+}
+
+fn vlp16_table(yaml: &mut String, frame: &str) {
     // Writing to a string cannot fail.
     let _ = write!(
         yaml,
         "lidar:\n  frame: {}\n  model: VLP-16\n  laser_step_ns: {}\n  cycle_step_ns: {}\n  distance_step_m: {}\n\
          \x20 # One line per laser in firing order (manual 63-9243 Rev D, p. 54).\n  lasers:\n",
-        settings.lidar_frame,
+        frame,
         vlp16::LASER_STEP.nanos(),
         vlp16::CYCLE_STEP.nanos(),
         vlp16::DISTANCE_STEP_M,
@@ -42,7 +72,6 @@ fn text(settings: &RecorderSettings) -> String {
             vlp16::OFFSET_M[laser],
         );
     }
-    yaml
 }
 
 fn mount(yaml: &mut String, frame: &str, base_from_sensor: &Pose) {

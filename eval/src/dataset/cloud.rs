@@ -4,9 +4,11 @@
 
 mod field;
 mod labels;
+mod plain;
 mod rings;
 
 pub(super) use labels::labels_of;
+pub(super) use plain::message_of as plain_message_of;
 pub(super) use rings::Rings;
 
 use super::error::Refusal;
@@ -16,11 +18,13 @@ use field::Column;
 use nalgebra::Vector3;
 
 /// `datatype` of a `PointField`.
-mod datatype {
-    pub(super) const UINT8: u8 = 2;
-    pub(super) const UINT16: u8 = 4;
-    pub(super) const UINT32: u8 = 6;
-    pub(super) const FLOAT32: u8 = 7;
+pub(super) mod datatype {
+    pub(in super::super) const UINT8: u8 = 2;
+    pub(in super::super) const UINT16: u8 = 4;
+    pub(in super::super) const INT32: u8 = 5;
+    pub(in super::super) const UINT32: u8 = 6;
+    pub(in super::super) const FLOAT32: u8 = 7;
+    pub(in super::super) const FLOAT64: u8 = 8;
 }
 
 /// Point times that are later than this are no offsets but instants of their own, seconds.
@@ -77,8 +81,11 @@ fn unorganized(header: Header, layout: &[(&str, u32, u8)], point_step: u32, data
 /// `timestamp`, `time_stamp` or `offset_time`: floating point in seconds, integers in nanoseconds, after the stamp or,
 /// when they are large, on the stamp's own clock. The sweep lasts from the earliest to the latest of the points and, where
 /// times are offsets, the stamp; where the recorder promises the end of the turn it is given as `end`. Points at the origin or not finite
-/// are misses without a direction and left out.
+/// are misses without a direction and left out; a cloud of [`plain`]'s layout loses nothing.
 pub(super) fn sweep_of(cloud: &PointCloud2, end: Option<Time>, rings: &mut Rings) -> Result<Sweep, Refusal> {
+    if plain::is_plain(cloud) {
+        return plain::sweep_of(cloud);
+    }
     let points = points_of(cloud)?;
     let stamp = cloud.header.stamp.time();
     let instants = points.iter().map(|point| stamp + point.after_stamp);

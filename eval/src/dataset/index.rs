@@ -84,7 +84,11 @@ impl Index {
     pub(super) fn choose(&self, path: &Path) -> Result<Topics, DatasetError> {
         let forms = [
             (LidarForm::Packets, VelodyneScan::TYPE, &["/velodyne_packets"][..]),
-            (LidarForm::Cloud, PointCloud2::TYPE, &["/velodyne_points", "/ouster/points"][..]),
+            (
+                LidarForm::Cloud,
+                PointCloud2::TYPE,
+                &["/velodyne_points", "/ouster/points", "/lidar/points"][..],
+            ),
             (LidarForm::Scan, LaserScan::TYPE, &["/scan"][..]),
         ];
         for (form, message_type, usual) in forms {

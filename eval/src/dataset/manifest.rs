@@ -39,13 +39,21 @@ pub struct Manifest {
 impl Manifest {
     /// The manifest of a finished recording of a scenario.
     pub fn new(name: &str, seed: u64, resolved_scenario: &str, recorded: &Recorded) -> Self {
+        let has = |topic: &str| recorded.topics.iter().any(|summary| summary.topic == topic);
+        let lidar_frame = if has("/ouster/points") {
+            "os_sensor"
+        } else if has("/lidar/points") {
+            "lidar"
+        } else {
+            "velodyne"
+        };
         let frames = [
             ("world", "the scenario's truth: east, north, up"),
             ("start", "the base at time zero; files under gt/ are written here"),
             ("map", "a system's own origin: the base at the end of its first sweep"),
             ("odom", "the origin of dead reckoning"),
             ("base_link", "the robot: x forward, y left, z up"),
-            ("velodyne", "the lidar; mounts are in /tf_static and calib.yaml"),
+            (lidar_frame, "the lidar; mounts are in /tf_static and calib.yaml"),
             ("imu_link", "the inertial unit"),
             ("gps_link", "the satellite antenna"),
         ];

@@ -6,8 +6,10 @@ use super::error::{DatasetError, Place, Refusal};
 use super::geodesy::Datum;
 use super::index::{LidarForm, Topics};
 use super::mcap_file::{Item, McapCursor, Topic};
+use super::recording::front::Front;
 use super::ros2::{Message, NavSatFix};
-use super::{packets, scan, states};
+use super::{ouster, packets, scan, states};
+use arborloop_base::os1::Os1;
 use arborloop_base::{Observation, Sweep, Time};
 use std::collections::BTreeMap;
 
@@ -17,21 +19,26 @@ pub(super) struct Observations<'a> {
     topics: &'a Topics,
     rings: Rings,
     datum: Option<Datum>,
+    ouster: Option<&'a Os1>,
     end_is_log_time: bool,
     counts: BTreeMap<String, u64>,
     over: bool,
 }
 
 impl<'a> Observations<'a> {
-    /// `datum` is the recording's own, else the first fix becomes it; `end_is_log_time` is our recorder's promise.
-    pub(super) fn new(
-        cursor: McapCursor,
-        topics: &'a Topics,
-        datum: Option<Datum>,
-        end_is_log_time: bool,
-    ) -> Self {
-        let (rings, counts) = (Rings::default(), BTreeMap::new());
-        Observations { cursor, topics, rings, datum, end_is_log_time, counts, over: false }
+    /// Where the front names no datum the first fix becomes it. That a sweep is logged at its end is our recorder's
+    /// promise.
+    pub(super) fn new(cursor: McapCursor, topics: &'a Topics, front: &'a Front) -> Self {
+        Observations {
+            cursor,
+            topics,
+            rings: Rings::default(),
+            datum: front.datum,
+            ouster: front.ouster.as_ref().filter(|_| front.ours),
+            end_is_log_time: front.ours,
+            counts: BTreeMap::new(),
+            over: false,
+        }
     }
 
     fn observation(
@@ -66,7 +73,10 @@ impl<'a> Observations<'a> {
         let end = (self.end_is_log_time && log_time < 1 << 62).then(|| Time::from_nanos(log_time as i64));
         match self.topics.form {
             LidarForm::Packets => packets::sweep_of(&decode(topic, payload)?),
-            LidarForm::Cloud => cloud::sweep_of(&decode(topic, payload)?, end, &mut self.rings),
+            LidarForm::Cloud => match self.ouster {
+                Some(sensor) => ouster::sweep_of(sensor, &decode(topic, payload)?),
+                None => cloud::sweep_of(&decode(topic, payload)?, end, &mut self.rings),
+            },
             LidarForm::Scan => scan::sweep_of(&decode(topic, payload)?, end),
         }
     }

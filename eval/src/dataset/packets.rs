@@ -4,20 +4,20 @@
 
 use super::error::Refusal;
 use super::ros2::{Header, Stamp, VelodynePacket, VelodyneScan};
-use arborloop_base::vlp16::{self, PACKET_BYTES, Packet};
+use arborloop_base::vlp16::{self, PACKET_BYTES, Packet, ReturnMode};
 use arborloop_base::{Span, Sweep};
 
 /// No scan lasts longer: the slowest turn takes a fifth of a second (300 rpm).
 const SCAN_MAX: Span = Span::from_millis(10_000);
 
 /// The turn as packets. A turn without a single firing keeps its start in one packet without blocks.
-pub(super) fn message_of(sweep: &Sweep, frame: &str) -> Result<VelodyneScan, Refusal> {
+pub(super) fn message_of(sweep: &Sweep, mode: ReturnMode, frame: &str) -> Result<VelodyneScan, Refusal> {
     let refused = |error: vlp16::WireError| Refusal::new(error.to_string(), "a sweep of a VLP-16");
-    let mut packets = vlp16::encode(sweep).map_err(refused)?;
+    let mut packets = vlp16::encode_as(sweep, mode).map_err(refused)?;
     if packets.is_empty() {
         let mut payload = [0; PACKET_BYTES];
-        // Single return, VLP-16 (manual p. 57): the factory bytes that every packet ends with.
-        payload[PACKET_BYTES - 2..].copy_from_slice(&[0x37, 0x22]);
+        // Return mode and VLP-16 (manual p. 57): the factory bytes that every packet ends with.
+        payload[PACKET_BYTES - 2..].copy_from_slice(&[mode.byte(), 0x22]);
         packets.push(Packet { stamp: sweep.start, payload });
     }
     let packets = packets

@@ -59,9 +59,14 @@ const NOTES: &str = "
 - `/velodyne_points` holds hits only, in firing order (`x y z intensity ring time`, 22 bytes a point, ring 0 lowest,
   `time` in seconds after the stamp, which is the end of the sweep unless the recording says otherwise).
   `/velodyne_packets` holds the same sweeps as the sensor's own packets, misses included.
+- An OS1 is recorded as `/ouster/points` in ouster-ros's layout, organized, a miss at the origin, ring 0 highest, stamped
+  with its first column; `/ouster/metadata` is its metadata. Intensity and reflectivity are the same number here.
+- Any other lidar is recorded as `/lidar/points`: coordinates, and the exact polar numbers of every return; a miss
+  stands at the origin; the stamp is the end of the sweep and `t` counts nanoseconds from it.
 - `gt/labels` is a recording of its own with the one topic `/ground_truth/labels`: one entry per point of the cloud of
   the same log time, in the same order: class (0 sky, 1 ground, 2 grass, 3 trunk, 4 branch, 5 leaf, 6 cone, 7 post,
-  8 wire, 9 robot), instance, true range, incidence angle.
+  8 wire, 9 robot, 10 rain, fog or dust), number of the return within its firing, mixed (1 where several surfaces share the
+  return), instance, true range, incidence angle, displacement of the surface by the wind.
 - `/ground_truth/pose` and `/ground_truth/odom` are in the frame `world`, at 200 Hz and at every sweep's end.
   Truth is on topics only, never in `/tf`. `/ground_truth/contacts` speaks when the set of contacts changes.
 - `/odom` carries the twist that the robot believes it executed; its pose is the integral of that.

@@ -7,11 +7,11 @@ pub use settings::{CloudStamp, RecorderSettings};
 use super::bag::{Bag, Moment, Recorded};
 use super::error::{DatasetError, Refusal};
 use super::ground_truth::TruthLog;
-use super::ros2::{Header, Message, Text, TfMessage, TransformStamped, TwistStamped};
-use super::{cloud, metadata, packets, scan, states};
+use super::ros2::{Header, Message, PointCloud2, Text, TfMessage, TransformStamped, TwistStamped};
+use super::{cloud, metadata, ouster, packets, scan, states};
 use arborloop_base::{
     Cell, Estimate, Grid, Health, Label, Observation, Odometry, Pose, Record, Sink, SinkError, Span, Sweep,
-    Time, Truth, Twist,
+    Time, Truth, Twist, Wire,
 };
 use nalgebra::UnitQuaternion;
 use std::collections::BTreeMap;
@@ -103,6 +103,10 @@ impl Recorder {
             self.mounted = true;
             let mounts = self.mounts(now);
             self.put(now, "/tf_static", mounts)?;
+            if let Wire::Ouster(sensor) = &self.settings.wire {
+                let message = Text { data: ouster::metadata(sensor) };
+                self.put(now, "/ouster/metadata", Ok(message))?;
+            }
         }
         match record {
             Record::Observation(Observation::Sweep(sweep)) => self.sweep(now, sweep),
@@ -153,25 +157,41 @@ impl Recorder {
         self.truth.sweep(sweep);
         let frame = self.settings.lidar_frame.clone();
         let (clouds, packets) = (self.settings.clouds, self.settings.packets);
-        if sweep.rings == 1 && (clouds || packets) {
-            return self.put_at(now, "/scan", Moment::Exact, scan::message_of(sweep, &frame));
+        if !clouds && !packets {
+            return Ok(());
         }
+        let mode = match &self.settings.wire {
+            Wire::Ouster(sensor) => {
+                let message = ouster::message_of(sensor, sweep, &frame);
+                return self.put_at(now, "/ouster/points", Moment::Exact, message);
+            }
+            Wire::Plain => {
+                let message = cloud::plain_message_of(sweep, &frame);
+                return self.put_at(now, "/lidar/points", Moment::Exact, message);
+            }
+            Wire::Vlp16(_) if sweep.rings == 1 => {
+                return self.put_at(now, "/scan", Moment::Exact, scan::message_of(sweep, &frame));
+            }
+            Wire::Vlp16(mode) => *mode,
+        };
         if clouds {
             let message = cloud::message_of(sweep, self.cloud_stamp(sweep), &frame);
             self.put_at(now, "/velodyne_points", Moment::Exact, message)?;
         }
         if packets {
             let moment = if clouds { Moment::Beside } else { Moment::Exact };
-            self.put_at(now, "/velodyne_packets", moment, packets::message_of(sweep, &frame))?;
+            self.put_at(now, "/velodyne_packets", moment, packets::message_of(sweep, mode, &frame))?;
         }
         Ok(())
     }
 
     fn labels(&mut self, now: Time, sweep: &Sweep, labels: &[Label]) -> Result<(), DatasetError> {
-        if !self.settings.clouds || sweep.rings == 1 {
+        let planar = sweep.rings == 1 && matches!(self.settings.wire, Wire::Vlp16(_));
+        if !self.settings.clouds || planar {
             return Ok(());
         }
-        let message = cloud::labels_of(sweep, labels, self.cloud_stamp(sweep), &self.settings.lidar_frame)
+        let message = self
+            .labels_message(sweep, labels)
             .map_err(|refusal| refusal.recording(self.bag.path(), "labels"))?;
         let bag = match &mut self.labels {
             Some(bag) => bag,
@@ -183,6 +203,29 @@ impl Recorder {
             }
         };
         bag.write(now, "/ground_truth/labels", Moment::Exact, &message)
+    }
+
+    /// One point per point of the sweep's own cloud, in its order.
+    fn labels_message(&self, sweep: &Sweep, labels: &[Label]) -> Result<PointCloud2, Refusal> {
+        if labels.len() != sweep.returns.len() {
+            return Err(Refusal::new(
+                format!("{} labels for {} returns", labels.len(), sweep.returns.len()),
+                "one label per return",
+            ));
+        }
+        let frame = &self.settings.lidar_frame;
+        let all = sweep.returns.iter().zip(labels);
+        match &self.settings.wire {
+            Wire::Vlp16(_) => {
+                let hits = all.filter(|(one, _)| one.range_m.is_some());
+                cloud::labels_of(hits, self.cloud_stamp(sweep), frame)
+            }
+            Wire::Ouster(sensor) => {
+                let at = |index: usize| sweep.returns.get(index).zip(labels.get(index));
+                cloud::labels_of(ouster::order(sensor).filter_map(at), sweep.start, frame)
+            }
+            Wire::Plain => cloud::labels_of(all, sweep.end, frame),
+        }
     }
 
     fn cloud_stamp(&self, sweep: &Sweep) -> Time {

@@ -1,6 +1,6 @@
 //! A recording opened for reading: rosbag2 directory, bare MCAP or the authors' Pullally file, told apart by content.
 
-mod front;
+pub(super) mod front;
 
 use super::bag::ContentHash;
 use super::error::DatasetError;
@@ -21,7 +21,8 @@ const UNDERSTOOD: &str =
     "a rosbag2 directory with MCAP storage, an .mcap file, or a Pullally .npz with `scan0` and `time`";
 
 /// Where our recorder puts sweeps.
-const LIDAR_TOPICS: [&str; 3] = ["/velodyne_points", "/velodyne_packets", "/scan"];
+const LIDAR_TOPICS: [&str; 5] =
+    ["/velodyne_points", "/velodyne_packets", "/ouster/points", "/lidar/points", "/scan"];
 
 /// What kind of recording it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -169,7 +170,7 @@ impl Recording {
             Content::Mcap(content) => {
                 let cursor = McapCursor::new(&content.files);
                 let front = &content.front;
-                Ok(Box::new(Observations::new(cursor, &content.topics, front.datum, front.ours)))
+                Ok(Box::new(Observations::new(cursor, &content.topics, front)))
             }
             Content::Pullally(pullally) => Ok(Box::new(pullally.sweeps().map(Observation::Sweep).map(Ok))),
         }

@@ -5,3 +5,4 @@ mod foreign;
 mod pullally;
 mod round_trip;
 mod synthetic;
+mod wires;

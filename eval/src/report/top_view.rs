@@ -301,6 +301,7 @@ fn class_name(class: Class) -> &'static str {
         Class::Post => "post",
         Class::Wire => "wire",
         Class::Robot => "robot",
+        Class::Weather => "weather",
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a recording is called and what goes into it.
 
 use crate::dataset::geodesy::Datum;
-use arborloop_base::Pose;
+use arborloop_base::{Pose, Wire};
 use serde::{Deserialize, Serialize};
 
 /// Which instant of a sweep the header of a cloud names.
@@ -32,8 +32,11 @@ pub struct RecorderSettings {
     pub name: String,
     /// Write sweeps as clouds, with labels: for data sets. Misses are lost.
     pub clouds: bool,
-    /// Write sweeps as VLP-16 packets: compact and exact, misses kept, for runs.
+    /// Write sweeps as VLP-16 packets: compact and exact, misses kept, for runs. The cloud of any other lidar is exact
+    /// itself and is written for data sets and runs alike.
     pub packets: bool,
+    /// How the lidar speaks.
+    pub wire: Wire,
     /// Where the lidar sits on the base.
     pub base_from_lidar: Pose,
     /// Where the inertial unit sits on the base.
@@ -55,6 +58,7 @@ impl Default for RecorderSettings {
             name: "recording".to_owned(),
             clouds: false,
             packets: true,
+            wire: Wire::default(),
             base_from_lidar: Pose::identity(),
             base_from_imu: Pose::identity(),
             base_from_antenna: Pose::identity(),

@@ -5,23 +5,30 @@ use crate::dataset::geodesy::Datum;
 use crate::dataset::index::{Index, LidarForm, Topics};
 use crate::dataset::mcap_file::{Item, McapCursor, Topic};
 use crate::dataset::observations::decode;
+use crate::dataset::ouster;
 use crate::dataset::recorder::{BASE_FRAME, MARK};
-use crate::dataset::ros2::{LaserScan, PointCloud2, TfMessage, VelodyneScan};
+use crate::dataset::ros2::{LaserScan, PointCloud2, Text, TfMessage, VelodyneScan};
 use arborloop_base::Pose;
+use arborloop_base::os1::Os1;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::PathBuf;
 
+/// Where an Ouster sensor says what it is.
+const OUSTER_METADATA: &str = "/ouster/metadata";
+
 /// The front of a recording.
 #[derive(Debug, Default)]
-pub(super) struct Front {
+pub(in super::super) struct Front {
     /// Whether our recorder wrote it: log times of sweeps are their ends.
-    pub(super) ours: bool,
+    pub(in super::super) ours: bool,
     /// The name that the recorder gave.
     pub(super) name: Option<String>,
     /// The datum that the recorder gave.
-    pub(super) datum: Option<Datum>,
+    pub(in super::super) datum: Option<Datum>,
     /// Where the lidar sits; the identity where nothing says.
     pub(super) base_from_lidar: Pose,
+    /// The Ouster sensor that our recorder says it recorded.
+    pub(in super::super) ouster: Option<Os1>,
 }
 
 impl Front {
@@ -32,8 +39,9 @@ impl Front {
         let mut edges = BTreeMap::new();
         let mut frame = None;
         let mut transforms_left = index.messages("/tf_static");
+        let mut metadata_left = index.messages(OUSTER_METADATA);
         let mut cursor = McapCursor::new(files);
-        while frame.is_none() || transforms_left > 0 {
+        while frame.is_none() || transforms_left > 0 || metadata_left > 0 {
             let Some(Ok(item)) = cursor.next() else { break };
             match item {
                 Item::Metadata { name, entries } if name == MARK => front.mark(&entries),
@@ -41,6 +49,11 @@ impl Front {
                 Item::Message { topic, payload, .. } if topic.name == "/tf_static" => {
                     transforms_left = transforms_left.saturating_sub(1);
                     add_edges(&mut edges, &topic, &payload);
+                }
+                Item::Message { topic, payload, .. } if topic.name == OUSTER_METADATA => {
+                    metadata_left = metadata_left.saturating_sub(1);
+                    let text = decode::<Text>(&topic, &payload).ok();
+                    front.ouster = text.and_then(|text| ouster::sensor_of(&text.data)).or(front.ouster);
                 }
                 Item::Message { topic, payload, .. } if frame.is_none() && topic.name == topics.lidar => {
                     frame = Some(frame_of(topics.form, &topic, &payload).unwrap_or_default());

@@ -2,6 +2,7 @@ use super::round_trip::{record, replay, settings};
 use super::synthetic::walk;
 use crate::dataset::ros2::{Message, PointCloud2};
 use crate::dataset::*;
+use arborloop_base::vlp16::ReturnMode;
 use arborloop_base::{Imu, Observation, Return, Seed, Span, Sweep, Time};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -208,7 +209,11 @@ fn garbled_messages_are_errors_or_sound_sweeps_but_never_a_panic() {
         ..planar
     };
     garble_payloads("/velodyne_points", &cloud::message_of(&few, few.end, "velodyne").unwrap(), 400);
-    garble_payloads("/velodyne_packets", &packets::message_of(&few, "velodyne").unwrap(), 400);
+    garble_payloads(
+        "/velodyne_packets",
+        &packets::message_of(&few, ReturnMode::Strongest, "velodyne").unwrap(),
+        400,
+    );
     garble_payloads("/scan", &scan::message_of(&planar, "laser").unwrap(), 400);
     garble_payloads("/imu/data", &states::imu_message(&imu(), "imu_link").unwrap(), 100);
 }

@@ -233,7 +233,7 @@ fn labels_stand_in_a_recording_of_their_own_one_per_point_at_the_log_time_of_the
         assert_eq!(*log_time as i64, sweep.end.nanos());
         let hits = sweep.returns.iter().filter(|one| one.range_m.is_some());
         assert_eq!(hits.clone().count(), cloud.width as usize);
-        for (one, entry) in hits.zip(cloud.data.chunks_exact(16)) {
+        for (one, entry) in hits.zip(cloud.data.chunks_exact(20)) {
             // Class ground is 1; the walk numbers objects by ring.
             assert_eq!((entry[0], entry[4]), (1, one.ring as u8));
             let range_m = f32::from_le_bytes([entry[8], entry[9], entry[10], entry[11]]);

@@ -69,6 +69,7 @@ pub(crate) fn sweep(end: Time) -> (Sweep, Vec<Label>) {
         instance: u32::from(one.ring),
         range_m: one.range_m.map_or(f32::NAN, |range_m| range_m as f32),
         incidence_rad: 0.1,
+        ..Label::MISS
     });
     let labels = labels.collect();
     (sweep, labels)

@@ -1,0 +1,184 @@
+//! Sweeps to packets and back.
+
+use super::{
+    CYCLE_STEP, DISTANCE_STEP_M, ELEVATION_DEG, LASER_STEP, LASERS, OFFSET_M, PACKET_BYTES, Packet,
+    ReturnMode, WireError, laser_of, ring_of,
+};
+use crate::observation::{Return, Sweep};
+use crate::pose::wrap_angle;
+use crate::time::{Span, Time};
+use std::f64::consts::TAU;
+
+const BLOCKS: usize = 12;
+const BLOCK_BYTES: usize = 100;
+const BLOCK_FLAG: [u8; 2] = [0xff, 0xee];
+const PRODUCT_VLP16: u8 = 0x22;
+const HUNDREDTHS: i64 = 36_000;
+
+/// Packs a sweep of a VLP-16 in strongest-return mode; see [`encode_as`].
+pub fn encode(sweep: &Sweep) -> Result<Vec<Packet>, WireError> {
+    encode_as(sweep, ReturnMode::Strongest)
+}
+
+/// Packs a sweep of a VLP-16. Azimuths are rounded to 0.01 degree, distances to 2 mm.
+///
+/// The last packet's unused blocks carry no block flag; a firing that the sweep does not hold is written as a miss,
+/// and a packet of which it holds no firing at all is left out, as one that got lost.
+/// In dual mode every pair of cycles has two blocks: the last echo, then the strongest (manual p. 57); a second return of
+/// a firing (`number` 1) is its last echo.
+pub fn encode_as(sweep: &Sweep, mode: ReturnMode) -> Result<Vec<Packet>, WireError> {
+    let cycle_ns = CYCLE_STEP.nanos();
+    let cycles = mode.cycles_per_packet();
+    let numbers = if mode == ReturnMode::Dual { 2 } else { 1 };
+    let firing = |index: usize, one: &Return| {
+        let after = one.fired_after.nanos();
+        let laser = laser_of(one.ring.min(15));
+        let exact = after >= 0 && after % cycle_ns == laser as i64 * LASER_STEP.nanos();
+        (exact && one.ring < 16 && one.number < numbers)
+            .then_some(((after / cycle_ns) as usize, laser))
+            .ok_or(WireError::Firing { index, ring: one.ring, fired_after_ns: after })
+    };
+    let mut packets: Vec<(usize, Packet)> = Vec::new();
+    for (index, one) in sweep.returns.iter().enumerate() {
+        let (cycle, laser) = firing(index, one)?;
+        match packets.last() {
+            Some((number, _)) if *number == cycle / cycles => {}
+            Some((number, _)) if *number > cycle / cycles => {
+                return Err(WireError::Firing {
+                    index,
+                    ring: one.ring,
+                    fired_after_ns: one.fired_after.nanos(),
+                });
+            }
+            _ => packets.push((cycle / cycles, blank(sweep.start, cycle / cycles, mode))),
+        }
+        let Some((_, packet)) = packets.last_mut() else { continue };
+        let pair = cycle % cycles / 2;
+        // The blocks of this pair of cycles, and the one of them that a second return replaces.
+        let (first, count) = if mode == ReturnMode::Dual { (2 * pair, 2) } else { (pair, 1) };
+        let blocks = &mut packet.payload[first * BLOCK_BYTES..][..count * BLOCK_BYTES];
+        for (place, block) in blocks.chunks_exact_mut(BLOCK_BYTES).enumerate() {
+            if laser == 0 && cycle % 2 == 0 {
+                // The encoder counts clockwise from the connector's opposite: the negative of our bearing.
+                let hundredths = (-one.azimuth_rad / TAU * HUNDREDTHS as f64).round() as i64;
+                block[..2].copy_from_slice(&BLOCK_FLAG);
+                block[2..4].copy_from_slice(&(hundredths.rem_euclid(HUNDREDTHS) as u16).to_le_bytes());
+            }
+            if let Some(range_m) = one.range_m
+                && (one.number == 0 || place == 0)
+            {
+                let along_beam_m =
+                    range_m * one.elevation_rad.cos() / ELEVATION_DEG[laser].to_radians().cos();
+                let steps = (along_beam_m / DISTANCE_STEP_M).round().clamp(1.0, f64::from(u16::MAX)) as u16;
+                let at = 4 + 3 * (cycle % 2 * LASERS + laser);
+                block[at..at + 2].copy_from_slice(&steps.to_le_bytes());
+                block[at + 2] = one.intensity.round().clamp(0.0, 255.0) as u8;
+            }
+        }
+    }
+    Ok(packets.into_iter().map(|(_, packet)| packet).collect())
+}
+
+fn blank(start: Time, number: usize, mode: ReturnMode) -> Packet {
+    let stamp = start + CYCLE_STEP * (number * mode.cycles_per_packet()) as i64;
+    let mut payload = [0_u8; PACKET_BYTES];
+    // Microseconds past the hour, as the sensor counts them.
+    let past_hour = (stamp.nanos() / 1000).rem_euclid(3_600_000_000) as u32;
+    payload[1200..1204].copy_from_slice(&past_hour.to_le_bytes());
+    payload[1204] = mode.byte();
+    payload[1205] = PRODUCT_VLP16;
+    Packet { stamp, payload }
+}
+
+/// Two firing cycles of a packet: one block, or in dual mode the block of the strongest echoes and that of the last.
+struct Pair<'a> {
+    time: Time,
+    azimuth: i64,
+    block: &'a [u8],
+    last: Option<&'a [u8]>,
+}
+
+/// Unpacks the packets of one turn that ends at `end`. A firing cycle belongs to the turn in which its last laser
+/// fires: cycles that are not over by `end` are padding and left out.
+///
+/// As the ROS driver does, the azimuth of a firing inside a block is interpolated toward the next block's; before a
+/// packet that got lost it goes on at the pace before. In dual mode a firing has two returns where its echoes differ:
+/// number 0 is the strongest (or second strongest), number 1 the last.
+pub fn decode(packets: &[Packet], end: Time) -> Result<Sweep, WireError> {
+    let start = packets.first().map_or(end, |packet| packet.stamp);
+    let mut sweep =
+        Sweep { start, end, rings: LASERS as u16, returns: Vec::with_capacity(packets.len() * 384) };
+    let mut pairs: Vec<Pair<'_>> = Vec::with_capacity(packets.len() * BLOCKS);
+    for packet in packets {
+        pairs_of(packet, &mut pairs)?;
+    }
+    // A gap of a whole packet is one that got lost; the stamps of a real recording jitter by less.
+    let lost = CYCLE_STEP * 24;
+    let step_after = |index: usize| {
+        let (pair, next) = (&pairs[index], pairs.get(index + 1)?);
+        (next.time - pair.time < lost).then(|| (next.azimuth - pair.azimuth).rem_euclid(HUNDREDTHS))
+    };
+    let mut step = 0;
+    for (index, pair) in pairs.iter().enumerate() {
+        step = step_after(index).unwrap_or(step);
+        for slot in 0..2 * LASERS {
+            let (cycle, laser) = (slot / LASERS, slot % LASERS);
+            let after_block = CYCLE_STEP * cycle as i64 + LASER_STEP * laser as i64;
+            let last_laser = pair.time + CYCLE_STEP * cycle as i64 + LASER_STEP * (LASERS as i64 - 1);
+            if last_laser >= end {
+                continue;
+            }
+            let share = after_block.seconds() / (CYCLE_STEP * 2).seconds();
+            let clockwise = (pair.azimuth as f64 + share * step as f64) / HUNDREDTHS as f64 * TAU;
+            let echo = &pair.block[4 + 3 * slot..][..3];
+            let fired_after = pair.time + after_block - start;
+            sweep.returns.push(return_of(laser, clockwise, echo, 0, fired_after));
+            if let Some(last) = pair.last
+                && last[4 + 3 * slot..][..3] != *echo
+            {
+                sweep.returns.push(return_of(laser, clockwise, &last[4 + 3 * slot..][..3], 1, fired_after));
+            }
+        }
+    }
+    Ok(sweep)
+}
+
+fn pairs_of<'a>(packet: &'a Packet, pairs: &mut Vec<Pair<'a>>) -> Result<(), WireError> {
+    let (mode_byte, product) = (packet.payload[1204], packet.payload[1205]);
+    let mode = ReturnMode::of_byte(mode_byte)
+        .filter(|_| product == PRODUCT_VLP16)
+        .ok_or(WireError::Factory { mode: mode_byte, product })?;
+    let mut add = |number: usize, block: &'a [u8], last: Option<&'a [u8]>| {
+        if block[..2] == BLOCK_FLAG {
+            let azimuth = i64::from(u16::from_le_bytes([block[2], block[3]]));
+            pairs.push(Pair { time: packet.stamp + CYCLE_STEP * (2 * number) as i64, azimuth, block, last });
+        }
+    };
+    let mut blocks = packet.payload[..BLOCKS * BLOCK_BYTES].chunks_exact(BLOCK_BYTES);
+    if mode == ReturnMode::Dual {
+        let mut number = 0;
+        while let (Some(last), Some(strongest)) = (blocks.next(), blocks.next()) {
+            add(number, strongest, Some(last));
+            number += 1;
+        }
+    } else {
+        blocks.enumerate().for_each(|(number, block)| add(number, block, None));
+    }
+    Ok(())
+}
+
+fn return_of(laser: usize, clockwise: f64, echo: &[u8], number: u8, fired_after: Span) -> Return {
+    let steps = u16::from_le_bytes([echo[0], echo[1]]);
+    let elevation = ELEVATION_DEG[laser].to_radians();
+    let along_beam_m = f64::from(steps) * DISTANCE_STEP_M;
+    let (horizontal, up) = (along_beam_m * elevation.cos(), along_beam_m * elevation.sin() + OFFSET_M[laser]);
+    Return {
+        azimuth_rad: wrap_angle(-clockwise),
+        elevation_rad: if steps == 0 { elevation } else { up.atan2(horizontal) },
+        range_m: (steps != 0).then(|| horizontal.hypot(up)),
+        ring: ring_of(laser),
+        number,
+        fired_after,
+        intensity: f32::from(echo[2]),
+    }
+}

@@ -1,0 +1,189 @@
+//! What the sensor reports of a firing: which echoes it sees and chooses, with noise, dropout and the intensity byte.
+
+use super::cast::{Scratch, Shot};
+use super::echo::{self, Echo};
+use super::model::{EchoChoice, WireForm};
+use super::{Beam, Lidar};
+use arborloop_base::{Draws, Label, Return, Span, Time, wrap_angle};
+
+/// Returns of one firing, a miss included.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Answer {
+    pub(super) cycle: i64,
+    pub(super) stamp: Time,
+    /// Nearest first; `fired_after` is for the sweep to say.
+    pub(super) given: [Option<(Return, Label)>; 2],
+}
+
+/// Why the sensor does not see an echo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fate {
+    /// It is nearer than the sensor reports.
+    TooNear,
+    /// Its energy is below what the sensor sees.
+    TooWeak,
+}
+
+impl Answer {
+    pub(super) fn none() -> Self {
+        Answer { cycle: i64::MIN, stamp: Time::default(), given: [None; 2] }
+    }
+}
+
+/// Address of chance of the second return of a firing.
+const SECOND: u64 = 3000;
+
+impl Lidar {
+    /// Joins what a shot met to echoes and reports them.
+    pub(super) fn answer(&self, shot: &Shot, number: usize, scratch: &mut Scratch) -> Answer {
+        let Scratch { surfaces, echoes, .. } = scratch;
+        echo::form(&mut surfaces[number], self.spec.model.pulse.length_m, self.width_rad, echoes);
+        let chosen = self.choose(echoes);
+        let mut given = [None; 2];
+        for (number, index) in chosen.into_iter().flatten().enumerate() {
+            let echo = &echoes[index];
+            let Some(along_beam_m) = self.measure(shot, echo, number) else { continue };
+            given[number] = Some((self.point(shot, along_beam_m, echo), echo.label));
+        }
+        // Noise may change places; two ranges that the wire cannot tell apart are one return.
+        if let [Some((near, _)), Some((far, _))] = &given {
+            let step_m = self.spec.model.range.range_step_m.max(0.002);
+            let gap_m = far.range_m.unwrap_or(0.0) - near.range_m.unwrap_or(0.0);
+            if gap_m.abs() <= 2.0 * step_m {
+                given[1] = None;
+            } else if gap_m < 0.0 {
+                given.swap(0, 1);
+            }
+        }
+        if given[0].is_none() {
+            given.swap(0, 1);
+        }
+        if given[0].is_none() {
+            given[0] =
+                Some((self.miss(shot), strongest(echoes).map_or(Label::MISS, |index| echoes[index].label)));
+        }
+        for (number, one) in given.iter_mut().enumerate() {
+            if let Some((one, _)) = one {
+                one.number = number as u8;
+            }
+        }
+        Answer { cycle: shot.cycle, stamp: shot.stamp, given }
+    }
+
+    /// Whether the sensor sees an echo at all.
+    pub(super) fn sees(&self, echo: &Echo) -> Result<(), Fate> {
+        if echo.range_m < self.spec.range_m_min {
+            return Err(Fate::TooNear);
+        }
+        if echo.energy < self.threshold {
+            return Err(Fate::TooWeak);
+        }
+        Ok(())
+    }
+
+    /// The echoes that are reported, nearest first.
+    pub(super) fn choose(&self, echoes: &[Echo]) -> [Option<usize>; 2] {
+        let seen = |index: &usize| self.sees(&echoes[*index]).is_ok();
+        let first = (0..echoes.len()).find(seen);
+        let last = (0..echoes.len()).rev().find(seen);
+        // Of equals the nearer one.
+        let strongest_but = |but: Option<usize>| {
+            let others = (0..echoes.len()).filter(|index| seen(index) && Some(*index) != but);
+            others.reduce(|best, index| if echoes[index].energy > echoes[best].energy { index } else { best })
+        };
+        match self.spec.returns {
+            EchoChoice::First => [first, None],
+            EchoChoice::Last => [last, None],
+            EchoChoice::Strongest => [strongest_but(None), None],
+            // The strongest beside the last is the strongest of all, unless the last itself is.
+            EchoChoice::Dual => match strongest_but(last) {
+                Some(other) => [Some(other), last],
+                None => [last, None],
+            },
+        }
+    }
+
+    /// The range along the beam as the sensor measures it, meters; `None` where it gets lost. `number` counts the
+    /// returns of the firing.
+    pub(super) fn measure(&self, shot: &Shot, echo: &Echo, number: usize) -> Option<f64> {
+        let mut draws: Draws =
+            if number == 0 { shot.draws.clone() } else { self.noise.child(SECOND).at(shot.index) };
+        let noise_m = draws.normal() * self.noise_m(echo);
+        let kept = !draws.chance(self.spec.dropout_ratio);
+        let along_beam_m = (echo.range_m + noise_m).max(SHORTEST_M);
+        let step_m = self.spec.model.range.range_step_m;
+        let rounded = self.spec.model.wire == WireForm::Plain && step_m > 0.0;
+        kept.then(|| if rounded { (along_beam_m / step_m).round().max(1.0) * step_m } else { along_beam_m })
+    }
+
+    /// Standard deviation of an echo's range, meters: its square grows with the inverse of the energy, as photons count,
+    /// up to the weak noise where the echo is just seen.
+    pub(super) fn noise_m(&self, echo: &Echo) -> f64 {
+        let weak = self.spec.weak_noise_ratio;
+        if weak == 1.0 {
+            return self.spec.range_noise_m;
+        }
+        let growth = (weak * weak - 1.0) * (self.threshold / echo.energy).min(1.0);
+        self.spec.range_noise_m * (1.0 + growth).sqrt()
+    }
+
+    /// The point of an echo, in polar coordinates of the lidar's center.
+    fn point(&self, shot: &Shot, along_beam_m: f64, echo: &Echo) -> Return {
+        let beam = &self.beams[shot.beam];
+        let azimuth_rad = self.said_azimuth_rad(shot);
+        let (horizontal, up) = (along_beam_m * beam.cos, along_beam_m * beam.sin + beam.height_m);
+        let exit = self.exit(shot);
+        // Without a radius the beam starts on the axis, and its bearing is the point's.
+        let (azimuth_rad, horizontal) = if (exit.x, exit.y) == (0.0, 0.0) {
+            (azimuth_rad, horizontal)
+        } else {
+            let (x, y) = (exit.x + horizontal * azimuth_rad.cos(), exit.y + horizontal * azimuth_rad.sin());
+            (y.atan2(x), x.hypot(y))
+        };
+        Return {
+            azimuth_rad,
+            elevation_rad: up.atan2(horizontal),
+            range_m: Some(horizontal.hypot(up)),
+            ring: beam.ring,
+            number: 0,
+            fired_after: Span::default(),
+            intensity: byte(echo.brightness),
+        }
+    }
+
+    fn miss(&self, shot: &Shot) -> Return {
+        let Beam { elevation_rad, ring, .. } = self.beams[shot.beam];
+        Return {
+            azimuth_rad: self.said_azimuth_rad(shot),
+            elevation_rad,
+            range_m: None,
+            ring,
+            number: 0,
+            fired_after: Span::default(),
+            intensity: 0.0,
+        }
+    }
+
+    /// The beam's bearing as the encoder says it.
+    fn said_azimuth_rad(&self, shot: &Shot) -> f64 {
+        let step_rad = self.spec.model.turn.azimuth_step_deg.to_radians();
+        if self.spec.model.wire == WireForm::Plain && step_rad > 0.0 {
+            return wrap_angle((shot.azimuth_rad / step_rad).round() * step_rad);
+        }
+        wrap_angle(shot.azimuth_rad)
+    }
+}
+
+/// No echo is reported at zero, which means a miss on every wire; meters.
+const SHORTEST_M: f64 = 0.002;
+
+/// The strongest of all echoes, seen or not.
+fn strongest(echoes: &[Echo]) -> Option<usize> {
+    (0..echoes.len())
+        .reduce(|best, index| if echoes[index].energy > echoes[best].energy { index } else { best })
+}
+
+/// The sensor's calibrated byte (VLP-16 manual p. 32): 0-100 for diffuse reflectors, 101-255 for retro-reflectors.
+fn byte(brightness: f64) -> f32 {
+    (100.0 * brightness).round().clamp(1.0, 255.0) as f32
+}

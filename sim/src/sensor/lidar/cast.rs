@@ -1,0 +1,192 @@
+//! Rays of a block of firing cycles: what the footprint of every firing meets, and what lies behind leaves.
+
+use super::{Lidar, Surroundings};
+use crate::optics::{Hit, Ray};
+use arborloop_base::{Draws, Time};
+use nalgebra::{Point3, Vector3};
+use std::ops::Range;
+
+/// A ray is followed through this many surfaces that let light through.
+const LAYERS_MAX: u32 = 4;
+/// A ray is followed no further once less of its light than this is left.
+const SHARE_MIN: f64 = 0.02;
+/// A ray goes on this far behind a surface that let it through, meters.
+const BEHIND_M: f64 = 1e-3;
+
+/// Buffers of one thread, kept from block to block.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    pub(super) shots: Vec<Shot>,
+    /// What each shot met, in no order.
+    pub(super) surfaces: Vec<Vec<Surface>>,
+    pub(super) echoes: Vec<super::echo::Echo>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    owners: Vec<Owner>,
+    next_rays: Vec<Ray>,
+    next_owners: Vec<Owner>,
+}
+
+/// One firing of one beam.
+#[derive(Debug, Clone)]
+pub(super) struct Shot {
+    pub(super) cycle: i64,
+    pub(super) beam: usize,
+    pub(super) stamp: Time,
+    /// Its address of chance.
+    pub(super) index: u64,
+    /// Bearing of the head and of the beam, radians, not wrapped.
+    pub(super) bearing_rad: f64,
+    pub(super) azimuth_rad: f64,
+    /// What is left of its draws behind the middle ray's optical depth.
+    pub(super) draws: Draws,
+}
+
+/// A surface that a ray of the footprint met.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Surface {
+    pub(super) hit: Hit,
+    /// Which ray of the footprint.
+    pub(super) sub_ray: u16,
+    /// How many surfaces let the ray through before.
+    pub(super) layer: u16,
+    /// Share of the beam's light that arrives here.
+    pub(super) share: f64,
+}
+
+/// Whose ray it is.
+#[derive(Debug, Clone, Copy)]
+struct Owner {
+    shot: usize,
+    sub_ray: u16,
+    layer: u16,
+    share: f64,
+}
+
+impl Lidar {
+    /// Fills the scratch with the shots of these cycles, laser by laser, and with what they met.
+    ///
+    /// Rays that follow each other look alike: the same ray of the footprint over the azimuths of one laser.
+    pub(super) fn cast(&self, cycles: Range<i64>, around: Surroundings<'_>, scratch: &mut Scratch) {
+        scratch.shots.clear();
+        scratch.rays.clear();
+        scratch.owners.clear();
+        for beam in 0..self.beams.len() {
+            let first = scratch.shots.len();
+            for cycle in cycles.clone() {
+                let shot = self.shot(cycle, beam);
+                self.aim(shot, around, scratch);
+            }
+            // The middle rays of this laser stand first; the rings of the footprint follow, ray by ray.
+            let shots = first..scratch.shots.len();
+            self.widen(shots, scratch);
+        }
+        let shots = scratch.shots.len();
+        if scratch.surfaces.len() < shots {
+            scratch.surfaces.resize_with(shots, Vec::new);
+        }
+        scratch.surfaces[..shots].iter_mut().for_each(Vec::clear);
+        self.follow(around, scratch);
+    }
+
+    pub(super) fn shot(&self, cycle: i64, beam: usize) -> Shot {
+        let stamp = self.schedule.start(cycle) + self.beams[beam].fires_after;
+        // Sixteen lasers a cycle keep the address that recordings were made with.
+        let width = (self.beams.len() as u64).next_power_of_two().max(16);
+        let index = cycle as u64 * width + beam as u64;
+        let bearing_rad = self.schedule.bearing_rad(cycle, stamp);
+        let azimuth_rad = bearing_rad - self.beams[beam].azimuth_rad;
+        Shot { cycle, beam, stamp, index, bearing_rad, azimuth_rad, draws: self.noise.at(index) }
+    }
+
+    fn aim(&self, mut shot: Shot, around: Surroundings<'_>, scratch: &mut Scratch) {
+        let beam = &self.beams[shot.beam];
+        let (sin_azimuth, cos_azimuth) = arborloop_base::wrap_angle(shot.azimuth_rad).sin_cos();
+        let (moment, share) = around.motion.moment(shot.stamp);
+        let world_from_lidar = moment.pose(share) * self.base_from_lidar;
+        scratch.rays.push(Ray {
+            stamp: shot.stamp,
+            origin: world_from_lidar * self.exit(&shot),
+            direction: world_from_lidar
+                * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin),
+            range_m_min: 0.0,
+            range_m_max: self.spec.range_m_max,
+            depth: shot.draws.exponential(),
+        });
+        let share = self.footprint[0].share;
+        scratch.owners.push(Owner { shot: scratch.shots.len(), sub_ray: 0, layer: 0, share });
+        scratch.shots.push(shot);
+    }
+
+    /// Where the beam leaves the sensor, lidar frame.
+    pub(super) fn exit(&self, shot: &Shot) -> Point3<f64> {
+        let radius_m = self.spec.model.beams.radius_m;
+        let height_m = self.beams[shot.beam].height_m;
+        if radius_m == 0.0 {
+            return Point3::new(0.0, 0.0, height_m);
+        }
+        let (sin, cos) = shot.bearing_rad.sin_cos();
+        Point3::new(radius_m * cos, radius_m * sin, height_m)
+    }
+
+    /// The other rays of the footprint: the middle ones turned by small angles, in the world.
+    fn widen(&self, shots: Range<usize>, scratch: &mut Scratch) {
+        let middle = scratch.rays.len() - shots.len();
+        for (sub_ray, off) in self.footprint.iter().enumerate().skip(1) {
+            let chance = self.noise.child(SUB_RAYS + sub_ray as u64);
+            for (place, shot) in shots.clone().enumerate() {
+                let ray = scratch.rays[middle + place];
+                let along = ray.direction;
+                // Across the beam and level with the body's horizon to within its tilt: the ellipse turns with it.
+                let left = Vector3::z().cross(&along);
+                let left = left.try_normalize(1e-9).unwrap_or_else(Vector3::x);
+                let up = along.cross(&left);
+                let direction = along + left * off.across_rad.tan() + up * off.up_rad.tan();
+                scratch.rays.push(Ray {
+                    direction: direction.normalize(),
+                    depth: chance.at(scratch.shots[shot].index).exponential(),
+                    ..ray
+                });
+                scratch.owners.push(Owner { shot, sub_ray: sub_ray as u16, layer: 0, share: off.share });
+            }
+        }
+    }
+
+    /// Casts, and casts again behind surfaces that let light through where the answer can depend on it.
+    fn follow(&self, around: Surroundings<'_>, scratch: &mut Scratch) {
+        for layer in 0..LAYERS_MAX {
+            around.optics.cast_all(&scratch.rays, &mut scratch.hits);
+            scratch.next_rays.clear();
+            scratch.next_owners.clear();
+            for ((ray, owner), hit) in scratch.rays.iter().zip(&scratch.owners).zip(&scratch.hits) {
+                let Some(hit) = *hit else { continue };
+                scratch.surfaces[owner.shot].push(Surface {
+                    hit,
+                    sub_ray: owner.sub_ray,
+                    layer: owner.layer,
+                    share: owner.share,
+                });
+                let share = owner.share * hit.transmittance_ratio;
+                let left = ray.range_m_max - hit.range_m - BEHIND_M;
+                if self.looks_behind && share > SHARE_MIN * self.footprint[0].share && left > 0.0 {
+                    let chance = self.noise.child(LAYERS + u64::from(layer * 64) + u64::from(owner.sub_ray));
+                    scratch.next_rays.push(Ray {
+                        range_m_min: hit.range_m + BEHIND_M,
+                        depth: chance.at(scratch.shots[owner.shot].index).exponential(),
+                        ..*ray
+                    });
+                    scratch.next_owners.push(Owner { layer: owner.layer + 1, share, ..*owner });
+                }
+            }
+            std::mem::swap(&mut scratch.rays, &mut scratch.next_rays);
+            std::mem::swap(&mut scratch.owners, &mut scratch.next_owners);
+            if scratch.rays.is_empty() {
+                break;
+            }
+        }
+    }
+}
+
+/// Addresses of chance below the lidar's: optical depths of the footprint's other rays, and behind surfaces.
+const SUB_RAYS: u64 = 1000;
+const LAYERS: u64 = 2000;
