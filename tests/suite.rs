@@ -11,3 +11,4 @@ mod degraded;
 mod determinism;
 mod real_data;
 mod scenario;
+mod wind;
