@@ -109,7 +109,6 @@ impl Optics {
     /// their middle one's origin at its instant, when origins are within 2 mm and stamps within 1 ms of it. Ranges,
     /// incidences and displacements are each ray's own; what the shared origin moves, by less than 2 mm, are silhouettes.
     pub fn cast_all(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
-        hits.clear();
         hits.resize(rays.len(), None);
         let batches = rays.par_chunks(BATCH).zip(hits.par_chunks_mut(BATCH));
         batches.for_each(|(rays, hits)| {
@@ -155,8 +154,14 @@ impl Optics {
         let Scratch { worker, seen, spans } = scratch;
         let seen = &mut seen[..rays.len()];
         self.scene.trace(&self.world, rays, worker, seen);
+        let (mut known, mut covered) = (None, false);
         for ((ray, seen), hit) in rays.iter().zip(seen).zip(hits) {
-            *hit = if self.soil.covers_start(ray) {
+            // Rays of one packet often begin at one place; the soil is asked once.
+            if known != Some(ray.origin) || ray.range_m_min != 0.0 {
+                covered = self.soil.covers_start(ray);
+                known = (ray.range_m_min == 0.0).then_some(ray.origin);
+            }
+            *hit = if covered {
                 Some(self.inside_soil(ray))
             } else {
                 self.finish(ray, seen.as_ref(), worker, spans)
@@ -173,8 +178,13 @@ impl Optics {
     ) -> Option<Hit> {
         let solid = seen.and_then(|seen| match seen.surface {
             Surface::Leaf { plant, .. } | Surface::Branch { plant, .. } => {
-                let moment = self.scene.moment(&self.world, plant, ray.stamp, worker);
-                Some(exact::on_plant(&self.world, plant, ray, seen, &moment))
+                Some(if self.world.wind.blows() {
+                    let moment = self.scene.moment(&self.world, plant, ray.stamp, worker);
+                    let map = &moment.plant_from_world;
+                    exact::on_plant(&self.world, plant, ray, seen, map, Some(&moment))
+                } else {
+                    exact::on_plant(&self.world, plant, ray, seen, self.scene.at_rest(plant), None)
+                })
             }
             Surface::Soil { .. } | Surface::Solid { .. } => {
                 exact::on_fixed(&self.world, &self.soil, ray, seen)

@@ -25,6 +25,8 @@ const CROWN_HALF: [f64; 3] = [1.3, 1.3, 1.2];
 const ROW_M: f64 = 4.0;
 const TREE_M: f64 = 3.5;
 const AZIMUTHS: usize = 1808;
+/// Rays of a sweep.
+pub(crate) const SWEEP: usize = 16 * AZIMUTHS;
 
 /// How large an orchard is.
 #[derive(Clone, Copy)]

@@ -5,23 +5,25 @@
 //! frustum by the tracer's own distance at grazing incidence.
 
 use super::soil::Soil;
-use super::trace::{Moment, Seen, Surface};
+use super::trace::{Map, Moment, Seen, Surface};
 use super::{Hit, Ray, surface};
 use arborloop_base::Class;
 use arborloop_worlds::wind::{LEAVES_PER_SHOOT, shoot_direction, swing_of};
-use arborloop_worlds::{Leaf, World};
+use arborloop_worlds::{Frustum, Leaf, World};
 use nalgebra::{Point3, Vector3};
 
 /// Leaves near 905 nm let through 42 to 50 % (Helios spectral library: grape, almond).
 pub(super) const LEAF_TRANSMITTANCE_RATIO: f64 = 0.44;
 /// A leaf's plane is not followed farther than this many half sides from its middle.
 const HAIR: f64 = 1.2;
+/// A crossing this close to the tracer's needs no second look, meters.
+const NEAR_M: f64 = 1e-3;
 
 /// The hit of a beam that meets the soil or a solid.
 pub(super) fn on_fixed(world: &World, soil: &Soil, ray: &Ray, seen: &Seen) -> Option<Hit> {
     match seen.surface {
-        Surface::Soil { cell } => {
-            let (range_m, normal) = soil.crossing(ray, cell, seen.range_m);
+        Surface::Soil { facet } => {
+            let (range_m, normal) = soil.crossing(ray, facet, seen.range_m);
             Some(Hit {
                 range_m,
                 class: Class::Ground,
@@ -52,27 +54,32 @@ pub(super) fn on_fixed(world: &World, soil: &Soil, ray: &Ray, seen: &Seen) -> Op
     }
 }
 
-/// The hit of a beam that meets a part of the plant with this index, which is where the moment says.
-pub(super) fn on_plant(world: &World, plant: usize, ray: &Ray, seen: &Seen, moment: &Moment) -> Hit {
+/// The hit of a beam that meets a part of the plant with this index, which is where the map says; `moment` is how its
+/// leaves move, if they do.
+#[inline(always)]
+pub(super) fn on_plant(
+    world: &World,
+    plant: usize,
+    ray: &Ray,
+    seen: &Seen,
+    plant_from_world: &Map,
+    moment: Option<&Moment>,
+) -> Hit {
     let standing = &world.plants[plant];
     let prototype = &world.prototypes[standing.prototype];
-    let origin = moment.plant_from_world.point(&ray.origin);
-    let direction = moment.plant_from_world.vector(&ray.direction);
-    let (range_m, cos_incidence, rest) = match seen.surface {
-        Surface::Leaf { leaf, .. } => {
-            on_leaf(&prototype.leaves[leaf], leaf, &origin, &direction, seen, moment)
+    let origin = plant_from_world.point(&ray.origin);
+    let direction = plant_from_world.vector(&ray.direction);
+    let (leaf, (range_m, cos_incidence, rest)) = match seen.surface {
+        Surface::Leaf { leaf: index, .. } => {
+            let rest = &prototype.leaves[index];
+            let now = moment.map_or(*rest, |moment| moment.leaf(index, rest));
+            (true, on_leaf(rest, &now, &origin, &direction, seen, moment.is_some()))
         }
         Surface::Branch { branch, .. } => {
-            let start = origin + direction * ray.range_m_min;
-            let crossing =
-                surface::cross_frustum(&prototype.branches[branch], &start, &direction, f64::INFINITY);
-            let (range_m, cos_incidence) = crossing
-                .map_or((seen.range_m, 0.0), |met| (met.range_m + ray.range_m_min, met.cos_incidence));
-            (range_m, cos_incidence, origin + direction * range_m)
+            (false, on_branch(&prototype.branches[branch], &origin, &direction, ray.range_m_min, seen))
         }
-        Surface::Soil { .. } | Surface::Solid { .. } => (seen.range_m, 0.0, origin),
+        Surface::Soil { .. } | Surface::Solid { .. } => (false, (seen.range_m, 0.0, origin)),
     };
-    let leaf = matches!(seen.surface, Surface::Leaf { .. });
     Hit {
         range_m,
         class: if leaf { Class::Leaf } else { Class::Branch },
@@ -83,40 +90,60 @@ pub(super) fn on_plant(world: &World, plant: usize, ray: &Ray, seen: &Seen, mome
             false => prototype.bark_reflectivity_ratio,
         },
         transmittance_ratio: if leaf { LEAF_TRANSMITTANCE_RATIO } else { 0.0 },
-        displacement_m: match world.wind.blows() {
-            true => ray.origin + ray.direction * range_m - standing.world_from_plant * rest,
-            false => Vector3::zeros(),
+        displacement_m: match moment {
+            Some(_) => ray.origin + ray.direction * range_m - standing.world_from_plant * rest,
+            None => Vector3::zeros(),
         },
     }
 }
 
-/// Distance, cosine of the incidence, and where the point of the leaf rests; plant frame.
+/// Distance, cosine of the incidence, and where the point of the surface rests; plant frame.
+type Met = (f64, f64, Point3<f64>);
+
+fn on_branch(
+    branch: &Frustum,
+    origin: &Point3<f64>,
+    direction: &Vector3<f64>,
+    range_m_min: f64,
+    seen: &Seen,
+) -> Met {
+    let start = origin + direction * range_m_min;
+    let crossing = surface::cross_frustum(branch, &start, direction, f64::INFINITY);
+    let (range_m, cos_incidence) =
+        crossing.map_or((seen.range_m, 0.0), |met| (met.range_m + range_m_min, met.cos_incidence));
+    (range_m, cos_incidence, origin + direction * range_m)
+}
+
+#[inline(always)]
 fn on_leaf(
     rest: &Leaf,
-    index: usize,
+    now: &Leaf,
     origin: &Point3<f64>,
     direction: &Vector3<f64>,
     seen: &Seen,
-    moment: &Moment,
-) -> (f64, f64, Point3<f64>) {
-    let now = moment.leaf(index, rest);
+    moves: bool,
+) -> Met {
     let normal = now.half_u.cross(&now.half_v);
+    let to_center = now.center - origin;
     let facing = normal.dot(direction);
     let area = normal.norm_squared();
-    let mut range_m = normal.dot(&(now.center - origin)) / facing;
+    let mut range_m = normal.dot(&to_center) / facing;
+    let cos_incidence = (facing * facing / (area * direction.norm_squared())).sqrt().min(1.0);
+    let near = (range_m - seen.range_m).abs() < NEAR_M;
+    if near && !moves {
+        // The crossing is where the tracer found it, so it is on the leaf; and where nothing moves that is all.
+        return (range_m, cos_incidence, *origin);
+    }
     let place = |range_m: f64| {
-        let from_center: Vector3<f64> = (origin - now.center) + direction * range_m;
-        (
-            from_center.cross(&now.half_v).dot(&normal) / area,
-            now.half_u.cross(&from_center).dot(&normal) / area,
-        )
+        let from_center = direction * range_m - to_center;
+        let a = from_center.cross(&now.half_v).dot(&normal) / area;
+        (a, now.half_u.cross(&from_center).dot(&normal) / area)
     };
     let (mut a, mut b) = place(range_m);
     if !(a.abs() <= HAIR && b.abs() <= HAIR) {
         range_m = seen.range_m;
         (a, b) = place(range_m);
     }
-    let cos_incidence = (facing.abs() / (area * direction.norm_squared()).sqrt()).min(1.0);
     (range_m, cos_incidence, rest.center + rest.half_u * a + rest.half_v * b)
 }
 
@@ -127,9 +154,6 @@ fn cos_incidence(normal: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
 impl Moment {
     /// Where a prototype's leaf is, plant frame; see [`arborloop_worlds::Sway::leaf`].
     fn leaf(&self, index: usize, rest: &Leaf) -> Leaf {
-        if self.shoot_m == 0.0 && self.leaf_rad == 0.0 {
-            return *rest;
-        }
         let shoot = index / LEAVES_PER_SHOOT;
         let shift = self.shoot_m * swing_of(self.shoot_turns[shoot % 4], shoot) * shoot_direction(shoot);
         let angle_rad = self.leaf_rad * swing_of(self.leaf_turns[index % 4], index);

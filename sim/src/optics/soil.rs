@@ -3,15 +3,24 @@
 use super::Ray;
 use arborloop_base::Grid;
 use arborloop_worlds::Terrain;
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 /// Exact heights of the soil.
 #[derive(Debug)]
 pub(super) struct Soil {
     nodes: Grid<f64>,
     first: [f64; 2],
+    cells_per_m: f64,
     /// Highest soil of each square of [`BLOCK`] cells.
     tops: Grid<f64>,
+}
+
+/// One of a cell's two triangles: the one above the diagonal from its lowest node, or the one below.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Facet {
+    /// Column and row.
+    pub(super) cell: [usize; 2],
+    pub(super) upper: bool,
 }
 
 /// Cells along a side of the squares that are looked at as one.
@@ -41,66 +50,96 @@ impl Soil {
     pub(super) fn new(terrain: &Terrain) -> Self {
         let nodes = terrain.grid().clone();
         let first = nodes.center_of(0, 0);
-        Soil { tops: highest(&nodes), first: [first.x, first.y], nodes }
+        let cells_per_m = nodes.resolution_m().recip();
+        Soil { tops: highest(&nodes), first: [first.x, first.y], cells_per_m, nodes }
     }
 
     /// Whether the beam's stretch begins under the soil: it is then met where it begins.
+    #[inline]
     pub(super) fn covers_start(&self, ray: &Ray) -> bool {
         let start = ray.origin + ray.direction * ray.range_m_min;
-        let Some((column, row)) = self.tops.index_of(&start.xy()) else { return false };
-        if start.z > self.tops.cells()[row * self.tops.columns() + column] {
+        let cell = self.cell_at(start.x, start.y);
+        if start.z > self.tops.cells()[cell[1] / BLOCK * self.tops.columns() + cell[0] / BLOCK] {
             return false;
         }
-        let cell = self.cell_at(start.x, start.y);
-        let (height, slope, [u, v]) = self.plane(cell, [start.x, start.y]);
-        start.z <= height + slope[0] * u + slope[1] * v
-    }
-
-    /// Distance to the soil and its upward normal, from the cell that the tracer named: its own rounding may name the
-    /// neighbor, so the crossing goes over to the triangle that it falls on.
-    pub(super) fn crossing(&self, ray: &Ray, cell: [usize; 2], about_m: f64) -> (f64, Vector3<f64>) {
-        let (mut cell, mut range_m) = (cell, about_m);
-        let mut normal = Vector3::z();
-        for turn in 0..4 {
-            let at = ray.origin + ray.direction * range_m;
-            if turn > 0 {
-                let next = self.cell_at(at.x, at.y);
-                let steps = next[0].abs_diff(cell[0]).max(next[1].abs_diff(cell[1]));
-                // A grazing beam's plane leads far away; then the first triangle's plane goes on.
-                cell = if steps <= 1 { next } else { cell };
-            }
-            let (height, slope, [u, v]) = self.plane(cell, [at.x, at.y]);
-            normal = Vector3::new(-slope[0], -slope[1], 1.0);
-            let above_m = at.z - (height + slope[0] * u + slope[1] * v);
-            let step_m = -above_m / normal.dot(&ray.direction);
-            if !step_m.is_finite() || step_m == 0.0 {
-                break;
-            }
-            range_m += step_m;
-            if step_m.abs() < 1e-9 {
-                break;
-            }
+        let outside = |place: f64, first: f64, nodes: usize| {
+            !(0.0..=(nodes - 1) as f64).contains(&((place - first) * self.cells_per_m))
+        };
+        if outside(start.x, self.first[0], self.nodes.columns())
+            || outside(start.y, self.first[1], self.nodes.rows())
+        {
+            return false;
         }
-        (range_m, normal)
+        let facet = Facet { cell, upper: self.is_upper(cell, start.x, start.y) };
+        self.clearance_m(facet, &start).0 <= 0.0
     }
 
+    /// Distance to the soil and its upward normal, from the triangle that the tracer named: its own rounding may name
+    /// the neighbor, so the crossing goes over to the triangle that it falls on.
+    #[inline]
+    pub(super) fn crossing(&self, ray: &Ray, named: Facet, about_m: f64) -> (f64, Vector3<f64>) {
+        let (mut facet, mut range_m) = (named, about_m);
+        let mut turns = 0;
+        loop {
+            let at = ray.origin + ray.direction * range_m;
+            let (clearance_m, normal) = self.clearance_m(facet, &at);
+            let step_m = clearance_m / normal.dot(&ray.direction);
+            if !step_m.is_finite() {
+                return (range_m, normal);
+            }
+            range_m -= step_m;
+            let at = ray.origin + ray.direction * range_m;
+            if self.holds(facet, at.x, at.y) {
+                return (range_m, normal);
+            }
+            let cell = self.cell_at(at.x, at.y);
+            let next = Facet { cell, upper: self.is_upper(cell, at.x, at.y) };
+            // A grazing beam's plane leads far away; then the named triangle's plane goes on.
+            let far = cell[0].abs_diff(facet.cell[0]).max(cell[1].abs_diff(facet.cell[1])) > 1;
+            turns += 1;
+            if next == facet || far || turns == 4 {
+                return (range_m, normal);
+            }
+            facet = next;
+        }
+    }
+
+    #[inline(always)]
     fn cell_at(&self, x: f64, y: f64) -> [usize; 2] {
         let cell = |place: f64, first: f64, nodes: usize| {
             // The cast saturates, also for NaN.
-            (((place - first) / self.nodes.resolution_m()) as usize).min(nodes - 2)
+            (((place - first) * self.cells_per_m) as usize).min(nodes - 2)
         };
         [cell(x, self.first[0], self.nodes.columns()), cell(y, self.first[1], self.nodes.rows())]
     }
 
-    /// The plane over a place in a cell: height of the cell's lowest node, slopes, and the place from that node.
-    fn plane(&self, [column, row]: [usize; 2], [x, y]: [f64; 2]) -> (f64, [f64; 2], [f64; 2]) {
+    #[inline(always)]
+    fn holds(&self, facet: Facet, x: f64, y: f64) -> bool {
+        let step = self.nodes.resolution_m();
+        let u = x - (self.first[0] + facet.cell[0] as f64 * step);
+        let v = y - (self.first[1] + facet.cell[1] as f64 * step);
+        let (low, high) = if facet.upper { (u, v) } else { (v, u) };
+        0.0 <= low && low <= high && high <= step
+    }
+
+    #[inline(always)]
+    fn is_upper(&self, [column, row]: [usize; 2], x: f64, y: f64) -> bool {
+        let step = self.nodes.resolution_m();
+        x - (self.first[0] + column as f64 * step) < y - (self.first[1] + row as f64 * step)
+    }
+
+    /// How far a point is above the plane of a triangle, straight up, and the plane's normal, which rises by one.
+    #[inline(always)]
+    fn clearance_m(&self, facet: Facet, at: &Point3<f64>) -> (f64, Vector3<f64>) {
+        let [column, row] = facet.cell;
         let (step, cells) = (self.nodes.resolution_m(), self.nodes.cells());
         let index = row * self.nodes.columns() + column;
         let above = index + self.nodes.columns();
         let (h00, h10, h01, h11) = (cells[index], cells[index + 1], cells[above], cells[above + 1]);
-        let u = x - (self.first[0] + column as f64 * step);
-        let v = y - (self.first[1] + row as f64 * step);
-        let rises = if u >= v { [h10 - h00, h11 - h10] } else { [h11 - h01, h01 - h00] };
-        (h00, rises.map(|rise| rise / step), [u, v])
+        let u = at.x - (self.first[0] + column as f64 * step);
+        let v = at.y - (self.first[1] + row as f64 * step);
+        let rises = if facet.upper { [h11 - h01, h01 - h00] } else { [h10 - h00, h11 - h10] };
+        let slope = rises.map(|rise| rise * self.cells_per_m);
+        (at.z - (h00 + slope[0] * u + slope[1] * v), Vector3::new(-slope[0], -slope[1], 1.0))
     }
 }

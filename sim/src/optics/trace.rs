@@ -17,14 +17,15 @@ mod simd;
 mod walk;
 
 use super::boxes::Aabb;
+use super::soil::Facet;
 use super::{Ray, surface};
 use arborloop_base::Time;
 use arborloop_worlds::wind::own_turns;
 use arborloop_worlds::{Plant, Prototype, World};
 use ground::Soil;
 use lanes::{Isa, Lanes};
-pub(super) use moment::Moment;
-use moment::{Knots, Map};
+use moment::Knots;
+pub(super) use moment::{Map, Moment};
 use nalgebra::{Point3, Vector3};
 use node::{Child, Node};
 use pole::Pole;
@@ -84,7 +85,7 @@ pub(super) struct Worker {
 /// A surface that a beam meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Surface {
-    Soil { cell: [usize; 2] },
+    Soil { facet: Facet },
     Solid { index: usize },
     Leaf { plant: usize, leaf: usize },
     Branch { plant: usize, branch: usize },
@@ -141,16 +142,15 @@ impl Scene {
 
     /// Where a plant is at an instant.
     pub(super) fn moment(&self, world: &World, index: usize, stamp: Time, worker: &mut Worker) -> Moment {
-        if world.wind.blows() {
-            return worker.knots.at(&world.wind, &world.plants, index, stamp);
+        match world.wind.blows() {
+            true => worker.knots.at(&world.wind, &world.plants, index, stamp),
+            false => Moment::at_rest(self.plants[index].plant_from_world),
         }
-        Moment {
-            plant_from_world: self.plants[index].plant_from_world,
-            shoot_m: 0.0,
-            shoot_turns: [0.0; 4],
-            leaf_rad: 0.0,
-            leaf_turns: [0.0; 4],
-        }
+    }
+
+    /// Where a plant rests.
+    pub(super) fn at_rest(&self, index: usize) -> &Map {
+        &self.plants[index].plant_from_world
     }
 
     /// Memory of the structure, bytes.
@@ -261,7 +261,7 @@ impl Scene {
         let part = met.part as usize;
         match met.place {
             u32::MAX => None,
-            Met::GROUND => Some(Surface::Soil { cell: self.soil.cell(met.part) }),
+            Met::GROUND => Some(Surface::Soil { facet: self.soil.facet(met.part) }),
             Met::SOLID => Some(Surface::Solid { index: part }),
             plant if met.part & Met::BRANCH != 0 => {
                 Some(Surface::Branch { plant: plant as usize, branch: part & !(Met::BRANCH as usize) })
@@ -292,6 +292,13 @@ impl<I: Isa> Visit<I> for InWorld<'_, I> {
                 self.scene.solids[index].meet(self.beams, mask, met, nearest);
             }
             _ => self.enter(index, mask, nearest, stack),
+        }
+    }
+
+    #[inline(always)]
+    fn foresee(&self, child: Child) {
+        if child.kind() == PLANT {
+            simd::prefetch(&self.scene.plants[child.index()]);
         }
     }
 }
@@ -361,6 +368,13 @@ impl<I: Isa> Visit<I> for InPlant<'_, I> {
         } else {
             let met = Met { place: self.place, part: Met::BRANCH | index as u32 };
             self.grown.branches[index].meet(self.beams, mask, met, nearest);
+        }
+    }
+
+    #[inline(always)]
+    fn foresee(&self, child: Child) {
+        if child.kind() == SHOOT {
+            simd::prefetch(&self.grown.shoots[child.index()]);
         }
     }
 }

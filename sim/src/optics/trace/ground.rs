@@ -1,6 +1,7 @@
 //! The soil as tiles of two by two cells, eight triangles each, made from the heights when a packet comes by.
 
 use super::super::boxes::Aabb;
+use super::super::soil::Facet;
 use super::lanes::{Isa, Lanes};
 use super::node::Child;
 use super::patch::{self, Outline};
@@ -93,10 +94,12 @@ impl Soil {
         patch::meet::<I>([&center, &u, &v], Outline::Triangle, beams, mask, met, nearest);
     }
 
-    /// Column and row of the cell that a part belongs to, by its lowest node.
-    pub(super) fn cell(&self, part: u32) -> [usize; 2] {
+    /// The triangle that a part is.
+    #[inline(always)]
+    pub(super) fn facet(&self, part: u32) -> Facet {
         let (node, slot) = ((part >> 3) as usize, (part & 7) as usize);
-        [node % self.columns + CORNER[0][slot], node / self.columns + CORNER[1][slot]]
+        let cell = [node % self.columns + CORNER[0][slot], node / self.columns + CORNER[1][slot]];
+        Facet { cell, upper: slot & 1 == 1 }
     }
 
     /// Memory, bytes.

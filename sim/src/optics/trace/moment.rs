@@ -84,6 +84,17 @@ impl Knots {
 }
 
 impl Moment {
+    /// In still air.
+    pub(in crate::optics) fn at_rest(plant_from_world: Map) -> Self {
+        Moment {
+            plant_from_world,
+            shoot_m: 0.0,
+            shoot_turns: [0.0; 4],
+            leaf_rad: 0.0,
+            leaf_turns: [0.0; 4],
+        }
+    }
+
     pub(in crate::optics) fn new(sway: &Sway) -> Self {
         let inverse = sway.world_from_plant.try_inverse();
         Moment {

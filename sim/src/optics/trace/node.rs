@@ -59,27 +59,30 @@ fn around(bounds: &[Aabb], items: &[usize]) -> Aabb {
     items.iter().fold(Aabb::empty(), |all, &item| all.with(&bounds[item]))
 }
 
-/// Parts the items into eight by splitting whatever part is largest, and goes on with each part of several.
-fn grow(
-    bounds: &[Aabb],
-    children: &[Child],
-    items: &mut [usize],
-    level: usize,
-    nodes: &mut Vec<Node>,
-) -> usize {
+/// Parts the items into at most eight. Parts of more than eight are split, the largest first; where places are left, the
+/// smallest part gives each of its items one. So a small crowd is one full node, not a node of small nodes.
+fn grow(bounds: &[Aabb], children: &[Child], items: &mut [usize], level: usize, nodes: &mut Vec<Node>) -> usize {
     let index = nodes.len();
     let mut parts = vec![(0, items.len(), around(bounds, items))];
     let whole = parts[0].2;
     while parts.len() < 8 {
-        let largest = |part: &&(usize, usize, Aabb)| part.2.half_area();
-        let several = parts.iter().filter(|(begin, end, _)| end - begin > 1);
-        let Some(&chosen) = several.max_by(|a, b| largest(a).total_cmp(&largest(b))) else { break };
-        let (begin, end, _) = chosen;
-        let here = &mut items[begin..end];
-        let before = if level < LEVELS_BY_AREA { boxes::split(bounds, here) } else { here.len() / 2 };
-        let at = parts.iter().position(|part| part.0 == begin).unwrap_or(0);
-        parts[at] = (begin, begin + before, around(bounds, &items[begin..begin + before]));
-        parts.push((begin + before, end, around(bounds, &items[begin + before..end])));
+        let count = |part: &(usize, usize, Aabb)| part.1 - part.0;
+        let large = (0..parts.len()).filter(|&at| count(&parts[at]) > 8);
+        if let Some(at) = large.max_by(|&a, &b| parts[a].2.half_area().total_cmp(&parts[b].2.half_area())) {
+            let (begin, end, _) = parts[at];
+            let here = &mut items[begin..end];
+            let before = if level < LEVELS_BY_AREA { boxes::split(bounds, here) } else { here.len() / 2 };
+            parts[at] = (begin, begin + before, around(bounds, &items[begin..begin + before]));
+            parts.push((begin + before, end, around(bounds, &items[begin + before..end])));
+            continue;
+        }
+        let several = (0..parts.len()).filter(|&at| count(&parts[at]) > 1);
+        let Some(at) = several.min_by_key(|&at| count(&parts[at])) else { break };
+        if parts.len() - 1 + count(&parts[at]) > 8 {
+            break;
+        }
+        let (begin, end, _) = parts.swap_remove(at);
+        parts.extend((begin..end).map(|item| (item, item + 1, bounds[items[item]])));
     }
     nodes.push(Node::around(&whole));
     for (slot, (begin, end, part)) in parts.into_iter().enumerate() {

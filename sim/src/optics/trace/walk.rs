@@ -7,6 +7,7 @@
 
 use super::lanes::{Bytes, Isa, Lanes};
 use super::node::{Child, Node};
+use super::simd;
 
 /// Up to sixteen beams with one origin, seen from one frame.
 pub(super) struct Beams<I: Isa> {
@@ -15,6 +16,9 @@ pub(super) struct Beams<I: Isa> {
     inverse: [I::Wide; 3],
     inverse_low: [f32; 3],
     inverse_high: [f32; 3],
+    /// Whether no two directions point to different sides along any axis; then, per axis, whether they point backward.
+    one_way: bool,
+    backward: [bool; 3],
     /// Middle and half size of the box around all directions; the half has a margin for rounding.
     pub(super) middle: [f32; 3],
     pub(super) half: [f32; 3],
@@ -60,6 +64,9 @@ pub(super) struct Pending {
 pub(super) trait Visit<I: Isa> {
     /// The beams in the mask enter the item's box.
     fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>);
+
+    /// The item is likely to be visited soon.
+    fn foresee(&self, child: Child);
 }
 
 /// Flatter directions count as this flat: a product with the inverse is then never infinite times zero.
@@ -76,6 +83,8 @@ impl<I: Isa> Beams<I> {
             inverse: direction,
             inverse_low: zero,
             inverse_high: zero,
+            one_way: true,
+            backward: [false; 3],
             middle: zero,
             half: zero,
         };
@@ -90,6 +99,8 @@ impl<I: Isa> Beams<I> {
             let one_way = low > 0.0 || high < 0.0;
             beams.inverse_low[axis] = if one_way { 1.0 / high } else { -1.0 / FLAT };
             beams.inverse_high[axis] = if one_way { 1.0 / low } else { 1.0 / FLAT };
+            beams.one_way &= one_way;
+            beams.backward[axis] = high < 0.0;
             beams.middle[axis] = 0.5 * (low + high);
             beams.half[axis] = 0.5 * (high - low);
             let steep = if -low > high { -low } else { high };
@@ -154,7 +165,12 @@ pub(super) fn walk<I: Isa, V: Visit<I>>(
     loop {
         if next.range <= nearest.far {
             if next.child.kind() == Child::NODE {
-                open(&nodes[next.child.index()], beams, next.mask, margin_m, nearest, stack);
+                let node = &nodes[next.child.index()];
+                if beams.one_way {
+                    open::<I, V, true>(nodes, node, beams, next.mask, margin_m, nearest, stack, visitor);
+                } else {
+                    open::<I, V, false>(nodes, node, beams, next.mask, margin_m, nearest, stack, visitor);
+                }
             } else {
                 visitor.visit(next.child, next.mask, nearest, stack);
             }
@@ -169,15 +185,18 @@ pub(super) fn walk<I: Isa, V: Visit<I>>(
     }
 }
 
-/// Puts the children that some beam of the mask enters on the stack, the nearest on top.
+/// Puts the children that some beam of the mask enters on the stack, the nearest on top. Where all beams go one way the
+/// near and the far side of each box are known beforehand.
 #[inline(always)]
-fn open<I: Isa>(
+fn open<I: Isa, V: Visit<I>, const ONE_WAY: bool>(
+    nodes: &[Node],
     node: &Node,
     beams: &Beams<I>,
     mask: u32,
     margin_m: f32,
     nearest: &Nearest<I>,
     stack: &mut Vec<Pending>,
+    visitor: &V,
 ) {
     let mut enter = I::Half::splat(nearest.near);
     let mut leave = I::Half::splat(nearest.far);
@@ -191,11 +210,19 @@ fn open<I: Isa>(
         let high = I::Half::from_bytes(&node.to[axis]).fma(step, I::Half::splat(base + margin_m));
         let (least, most) =
             (I::Half::splat(beams.inverse_low[axis]), I::Half::splat(beams.inverse_high[axis]));
-        let (a, b, c, d) = (low.mul(least), low.mul(most), high.mul(least), high.mul(most));
-        enter = a.min(b).min(c.min(d)).max(enter);
-        leave = a.max(b).max(c.max(d)).min(leave);
-        low.store(&mut from[axis]);
-        high.store(&mut to[axis]);
+        if ONE_WAY {
+            let (near, far) = if beams.backward[axis] { (high, low) } else { (low, high) };
+            enter = near.mul(least).min(near.mul(most)).max(enter);
+            leave = far.mul(least).max(far.mul(most)).min(leave);
+            near.store(&mut from[axis]);
+            far.store(&mut to[axis]);
+        } else {
+            let (a, b, c, d) = (low.mul(least), low.mul(most), high.mul(least), high.mul(most));
+            enter = a.min(b).min(c.min(d)).max(enter);
+            leave = a.max(b).max(c.max(d)).min(leave);
+            low.store(&mut from[axis]);
+            high.store(&mut to[axis]);
+        }
         axis += 1;
     }
     let mut maybe = enter.le(leave) & node.filled;
@@ -214,8 +241,13 @@ fn open<I: Isa>(
         while axis < 3 {
             let a = I::Wide::splat(from[axis][slot]).mul(beams.inverse[axis]);
             let b = I::Wide::splat(to[axis][slot]).mul(beams.inverse[axis]);
-            enter = a.min(b).max(enter);
-            leave = a.max(b).min(leave);
+            if ONE_WAY {
+                enter = a.max(enter);
+                leave = b.min(leave);
+            } else {
+                enter = a.min(b).max(enter);
+                leave = a.max(b).min(leave);
+            }
             axis += 1;
         }
         let entering = enter.le(leave) & mask;
@@ -223,6 +255,11 @@ fn open<I: Isa>(
             continue;
         }
         let pending = Pending { range: entries[slot], child: node.children[slot], mask: entering };
+        if pending.child.kind() == Child::NODE {
+            simd::prefetch(&nodes[pending.child.index()]);
+        } else {
+            visitor.foresee(pending.child);
+        }
         // Sorted in: few children survive, and the nearest is popped first.
         stack.push(pending);
         let mut at = stack.len() - 1;
