@@ -177,15 +177,13 @@ impl Optics {
         spans: &mut Vec<Span>,
     ) -> Option<Hit> {
         let solid = seen.and_then(|seen| match seen.surface {
-            Surface::Leaf { plant, .. } | Surface::Branch { plant, .. } => {
-                Some(if self.world.wind.blows() {
-                    let moment = self.scene.moment(&self.world, plant, ray.stamp, worker);
-                    let map = &moment.plant_from_world;
-                    exact::on_plant(&self.world, plant, ray, seen, map, Some(&moment))
-                } else {
-                    exact::on_plant(&self.world, plant, ray, seen, self.scene.at_rest(plant), None)
-                })
-            }
+            Surface::Leaf { plant, .. } | Surface::Branch { plant, .. } => Some(if self.world.wind.blows() {
+                let moment = self.scene.moment(&self.world, plant, ray.stamp, worker);
+                let map = &moment.plant_from_world;
+                exact::on_plant(&self.world, &self.scene, plant, ray, seen, map, Some(&moment))
+            } else {
+                exact::on_plant(&self.world, &self.scene, plant, ray, seen, self.scene.at_rest(plant), None)
+            }),
             Surface::Soil { .. } | Surface::Solid { .. } => {
                 exact::on_fixed(&self.world, &self.soil, ray, seen)
             }

@@ -20,13 +20,12 @@ use super::boxes::Aabb;
 use super::soil::Facet;
 use super::{Ray, surface};
 use arborloop_base::Time;
-use arborloop_worlds::wind::own_turns;
 use arborloop_worlds::{Plant, Prototype, World};
 use ground::Soil;
 use lanes::{Isa, Lanes};
 use moment::Knots;
 pub(super) use moment::{Map, Moment};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Affine3, Point3, Similarity3, Vector3};
 use node::{Child, Node};
 use pole::Pole;
 use shoot::{Flutter, Shoot};
@@ -61,6 +60,7 @@ pub(super) struct Scene {
 struct Standing {
     prototype: u32,
     plant_from_world: Map,
+    world_from_plant: Map,
 }
 
 /// A prototype.
@@ -148,6 +148,17 @@ impl Scene {
         }
     }
 
+    /// The line along which a shoot of a plant moves, plant frame.
+    pub(super) fn shoot_direction(&self, plant: usize, shoot: usize) -> Vector3<f64> {
+        let grown = &self.grown[self.plants[plant].prototype as usize];
+        Vector3::from(grown.shoots[shoot].direction).cast()
+    }
+
+    /// From a resting plant's frame to the world.
+    pub(super) fn world_from_resting(&self, plant: usize) -> &Map {
+        &self.plants[plant].world_from_plant
+    }
+
     /// Where a plant rests.
     pub(super) fn at_rest(&self, index: usize) -> &Map {
         &self.plants[index].plant_from_world
@@ -176,9 +187,12 @@ fn reach(world: &World, plant: &Plant, grown: &Grown, center: &Point3<f64>) -> A
 
 impl Standing {
     fn new(plant: &Plant) -> Self {
-        let inverse = plant.world_from_plant.inverse().to_homogeneous();
-        let row = |row: usize| std::array::from_fn(|column| inverse[(row, column)]);
-        Standing { prototype: plant.prototype as u32, plant_from_world: Map([row(0), row(1), row(2)]) }
+        let map = |pose: &Similarity3<f64>| Map::new(&Affine3::from_matrix_unchecked(pose.to_homogeneous()));
+        Standing {
+            prototype: plant.prototype as u32,
+            plant_from_world: map(&plant.world_from_plant.inverse()),
+            world_from_plant: map(&plant.world_from_plant),
+        }
     }
 }
 
@@ -314,7 +328,12 @@ impl<I: Isa> InWorld<'_, I> {
         let flutter = if self.world.wind.blows() {
             let moment = self.knots.at(&self.world.wind, &self.world.plants, index, self.stamp);
             map = moment.plant_from_world;
-            let flutter = Flutter::new(&moment);
+            let flutter = Flutter::new::<I>(
+                moment.shoot_m as f32,
+                moment.shoot_turns.map(|turns| turns as f32),
+                moment.leaf_rad as f32,
+                moment.leaf_turns.map(|turns| turns as f32),
+            );
             margin_m += flutter.shoot_m + flutter.leaf_rad * grown.half_v_m_max;
             Some(flutter)
         } else {
@@ -336,18 +355,6 @@ impl<I: Isa> InWorld<'_, I> {
         let beams = Beams::<I>::new(origin, direction, mask);
         let mut visit = InPlant { grown, place: index as u32, flutter: flutter.as_ref(), beams: &beams };
         walk::walk(&grown.nodes, &beams, mask, margin_m, nearest, stack, &mut visit);
-    }
-}
-
-impl Flutter {
-    /// How the plant's shoots and leaves are at a moment.
-    fn new(moment: &Moment) -> Self {
-        Flutter {
-            shoot_m: moment.shoot_m as f32,
-            shoot_turns: moment.shoot_turns.map(|turns| turns as f32),
-            leaf_rad: moment.leaf_rad as f32,
-            leaf_turns: std::array::from_fn(|leaf| (moment.leaf_turns[leaf % 4] + own_turns(leaf)) as f32),
-        }
     }
 }
 

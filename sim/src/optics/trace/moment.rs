@@ -86,13 +86,7 @@ impl Knots {
 impl Moment {
     /// In still air.
     pub(in crate::optics) fn at_rest(plant_from_world: Map) -> Self {
-        Moment {
-            plant_from_world,
-            shoot_m: 0.0,
-            shoot_turns: [0.0; 4],
-            leaf_rad: 0.0,
-            leaf_turns: [0.0; 4],
-        }
+        Moment { plant_from_world, shoot_m: 0.0, shoot_turns: [0.0; 4], leaf_rad: 0.0, leaf_turns: [0.0; 4] }
     }
 
     pub(in crate::optics) fn new(sway: &Sway) -> Self {

@@ -61,7 +61,13 @@ fn around(bounds: &[Aabb], items: &[usize]) -> Aabb {
 
 /// Parts the items into at most eight. Parts of more than eight are split, the largest first; where places are left, the
 /// smallest part gives each of its items one. So a small crowd is one full node, not a node of small nodes.
-fn grow(bounds: &[Aabb], children: &[Child], items: &mut [usize], level: usize, nodes: &mut Vec<Node>) -> usize {
+fn grow(
+    bounds: &[Aabb],
+    children: &[Child],
+    items: &mut [usize],
+    level: usize,
+    nodes: &mut Vec<Node>,
+) -> usize {
     let index = nodes.len();
     let mut parts = vec![(0, items.len(), around(bounds, items))];
     let whole = parts[0].2;

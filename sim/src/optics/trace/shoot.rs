@@ -7,6 +7,7 @@ use super::patch::{self, Eight, Outline};
 use super::walk::{Beams, Met, Nearest};
 use arborloop_worlds::Leaf;
 use arborloop_worlds::wind::{LEAVES_PER_SHOOT, own_turns, shoot_direction};
+use std::f64::consts::TAU;
 
 /// Eight leaves, coordinate by coordinate, plant frame. Leaves that are not there are points, which no beam meets.
 #[derive(Debug, Clone)]
@@ -17,20 +18,57 @@ pub(super) struct Shoot {
     half_v: [[f32; 8]; 3],
     /// The line along which the wind moves it.
     pub(super) direction: [f32; 3],
-    /// By how many turns it is ahead of its plant's phase, and by how many its first leaf is.
-    pub(super) turns: f32,
-    pub(super) leaf_turns: f32,
+    /// Sine and cosine of the turns by which it is ahead of its plant's phase, and by which its first leaf is.
+    ahead: [f32; 2],
+    leaf_ahead: [f32; 2],
+    /// One over the length of `half_u`, 1/m.
+    inverse_u: [f32; 8],
 }
 
-/// How the shoots and leaves of one plant move at an instant.
+/// How the shoots and leaves of one plant move at an instant: sines and cosines of the phases that they share, so that a
+/// shoot's own are an addition theorem away.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flutter {
     /// Plant frame, meters.
     pub(super) shoot_m: f32,
-    pub(super) shoot_turns: [f32; 4],
     pub(super) leaf_rad: f32,
+    shoots: [[f32; 8]; 2],
     /// Of the eight leaves of a shoot; their own turns within the shoot are in it.
-    pub(super) leaf_turns: [f32; 8],
+    leaves: [[f32; 8]; 2],
+}
+
+/// By how many turns a leaf is ahead of the first of its shoot.
+const WITHIN: [f32; 8] = {
+    let mut turns = [0.0; 8];
+    let mut leaf = 0;
+    while leaf < 8 {
+        let all = leaf as f64 * 0.618_033_988_749_895;
+        turns[leaf] = (all - (all as i64) as f64) as f32;
+        leaf += 1;
+    }
+    turns
+};
+
+impl Flutter {
+    /// From the plant's phases, turns.
+    #[inline(always)]
+    pub(super) fn new<I: Isa>(
+        shoot_m: f32,
+        shoot_turns: [f32; 4],
+        leaf_rad: f32,
+        leaf_turns: [f32; 4],
+    ) -> Self {
+        let eight = |[a, b, c, d]: [f32; 4]| [a, b, c, d, a, b, c, d];
+        let quarter = I::Half::splat(0.25);
+        let shoot = I::Half::load(&eight(shoot_turns));
+        let leaf = I::Half::load(&eight(leaf_turns)).add(I::Half::load(&WITHIN));
+        let mut flutter = Flutter { shoot_m, leaf_rad, shoots: [[0.0; 8]; 2], leaves: [[0.0; 8]; 2] };
+        sin_of_turns::<I>(shoot).store(&mut flutter.shoots[0]);
+        sin_of_turns::<I>(shoot.add(quarter)).store(&mut flutter.shoots[1]);
+        sin_of_turns::<I>(leaf).store(&mut flutter.leaves[0]);
+        sin_of_turns::<I>(leaf.add(quarter)).store(&mut flutter.leaves[1]);
+        flutter
+    }
 }
 
 /// A prototype's leaves as shoots, with the box of each at rest.
@@ -44,15 +82,18 @@ pub(super) fn shoots(leaves: &[Leaf]) -> (Vec<Shoot>, Vec<Aabb>) {
 
 impl Shoot {
     fn new(index: usize, leaves: &[Leaf]) -> Self {
+        let sin_cos = |turns: f64| [(TAU * turns).sin() as f32, (TAU * turns).cos() as f32];
         let mut shoot = Shoot {
             center: [[0.0; 8]; 3],
             half_u: [[0.0; 8]; 3],
             half_v: [[0.0; 8]; 3],
             direction: shoot_direction(index).map(|x| x as f32).into(),
-            turns: own_turns(index) as f32,
-            leaf_turns: own_turns(index * LEAVES_PER_SHOOT) as f32,
+            ahead: sin_cos(own_turns(index)),
+            leaf_ahead: sin_cos(own_turns(index * LEAVES_PER_SHOOT)),
+            inverse_u: [0.0; 8],
         };
         for (slot, leaf) in leaves.iter().enumerate() {
+            shoot.inverse_u[slot] = leaf.half_u.norm().max(1e-12).recip() as f32;
             for axis in 0..3 {
                 shoot.center[axis][slot] = leaf.center[axis] as f32;
                 shoot.half_u[axis][slot] = leaf.half_u[axis] as f32;
@@ -84,34 +125,35 @@ impl Shoot {
         let mut v =
             [I::Half::load(&self.half_v[0]), I::Half::load(&self.half_v[1]), I::Half::load(&self.half_v[2])];
         if let Some(flutter) = flutter {
-            let swing = sin_of_turns::<I>(I::Half::splat(flutter.shoot_turns[index & 3] + self.turns));
-            let shift = I::Half::splat(flutter.shoot_m).mul(swing);
+            let [sin, cos] = [flutter.shoots[0][index & 3], flutter.shoots[1][index & 3]];
+            let swing = sin.mul_add(self.ahead[1], cos * self.ahead[0]);
+            let shift = I::Half::splat(flutter.shoot_m * swing);
             let mut axis = 0;
             while axis < 3 {
                 center[axis] = shift.fma(I::Half::splat(self.direction[axis]), center[axis]);
                 axis += 1;
             }
-            v = turned::<I>(&u, &v, flutter, self.leaf_turns);
+            v = self.turned::<I>(&u, &v, flutter);
         }
         let met = Met { place, part: (index * LEAVES_PER_SHOOT) as u32 };
         patch::meet::<I>([&center, &u, &v], Outline::Parallelogram, beams, mask, met, nearest);
     }
-}
 
-/// The half sides `v`, turned about `u`: `v cos + n sin / |u|`, as [`arborloop_worlds::Sway::leaf`] says.
-#[inline(always)]
-fn turned<I: Isa>(u: &Eight<I>, v: &Eight<I>, flutter: &Flutter, turns: f32) -> Eight<I> {
-    let phase = I::Half::load(&flutter.leaf_turns).add(I::Half::splat(turns));
-    let angle = I::Half::splat(flutter.leaf_rad).mul(sin_of_turns::<I>(phase));
-    let (sin, cos) = sin_cos_of_small::<I>(angle);
-    let normal = patch::cross::<I>(u, v);
-    let length = u[2].fma(u[2], u[1].fma(u[1], u[0].mul(u[0]))).sqrt();
-    let share = sin.div(length.max(I::Half::splat(f32::MIN_POSITIVE)));
-    [
-        v[0].fma(cos, normal[0].mul(share)),
-        v[1].fma(cos, normal[1].mul(share)),
-        v[2].fma(cos, normal[2].mul(share)),
-    ]
+    /// The half sides `v`, turned about `u`: `v cos + n sin / |u|`, as [`arborloop_worlds::Sway::leaf`] says.
+    #[inline(always)]
+    fn turned<I: Isa>(&self, u: &Eight<I>, v: &Eight<I>, flutter: &Flutter) -> Eight<I> {
+        let [sin, cos] = [I::Half::load(&flutter.leaves[0]), I::Half::load(&flutter.leaves[1])];
+        let [ahead_sin, ahead_cos] = self.leaf_ahead;
+        let swing = sin.fma(I::Half::splat(ahead_cos), cos.mul(I::Half::splat(ahead_sin)));
+        let (sin, cos) = sin_cos_of_small::<I>(I::Half::splat(flutter.leaf_rad).mul(swing));
+        let normal = patch::cross::<I>(u, v);
+        let share = sin.mul(I::Half::load(&self.inverse_u));
+        [
+            v[0].fma(cos, normal[0].mul(share)),
+            v[1].fma(cos, normal[1].mul(share)),
+            v[2].fma(cos, normal[2].mul(share)),
+        ]
+    }
 }
 
 /// Sine of an angle in turns, within 4e-6: Taylor's series up to the ninth power on a quarter turn.
