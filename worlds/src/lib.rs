@@ -1,7 +1,11 @@
-//! Procedural orchards as plain data: terrain, grass, traffic cones, far trees and bushes, and their footprint truth.
+//! Procedural worlds as plain data: a cone field, citrus, an orchard, a vineyard, a forest, and their truth.
 //!
 //! A [`WorldSpec`] and a [`Seed`] become a [`World`]; no engine type and no file is known here. The frame is the
-//! scenario's world: x east, y north, z up, meters; its origin is where the walked path begins, on the ground.
+//! scenario's world: x east, y north, z up, meters; its origin is a point on the ground.
+//!
+//! A planting of plants is made in four steps. A [`Crown`] says which space leaves fill. A form spreads clumps of leaves
+//! over it and grows the wood that bears them, limb by limb. Foliage fills the clumps with leaves, or with [`Haze`] of the
+//! same density. Some shapes grown this way, the [`Prototype`]s, are put up at every place, turned, scaled and leaned.
 
 mod crown;
 mod foliage;

@@ -1,6 +1,5 @@
 //! A forest: trees scattered at a least distance, bushes between them, a trail that stays clear.
 
-use crate::CrownShape;
 use crate::foliage::Dress;
 use crate::form::{Habit, grown};
 use crate::spec::{CrownSpec, ForestSpec, LeavesSpec, StandSpec, TrunkSpec};
@@ -37,7 +36,8 @@ pub fn tree_places(stand: &StandSpec, seed: Seed) -> Vec<Option<Point2<f64>>> {
 
 /// Where bushes stand, by index, from the stream `world/forest/bush`; as for trees, with whom they share the ground.
 pub fn bush_places(spec: &ForestSpec, seed: Seed) -> Vec<Option<Point2<f64>>> {
-    let widest_m = spec.undergrowth.height_m * (1.0 + spec.undergrowth.size_variation_ratio);
+    let crown = spec.undergrowth.crown();
+    let widest_m = crown.width_m * (1.0 + crown.size_variation_ratio) * (1.0 + crown.form_variation_ratio);
     let clear_m = spec.stand.trail_clearance_m + widest_m / 2.0;
     let stream = seed.stream("world/forest/bush");
     scattered(&spec.stand, spec.undergrowth.bushes, 0.5 * spec.undergrowth.height_m, clear_m, stream)
@@ -80,18 +80,7 @@ pub(crate) fn grow(spec: &ForestSpec, terrain: &Terrain, seed: Seed) -> Stand {
 /// Bushes: several stems from the ground, no trunk.
 fn undergrowth(stand: &mut Stand, spec: &ForestSpec, terrain: &Terrain, seed: Seed) {
     let under = &spec.undergrowth;
-    let crown = CrownSpec {
-        shape: CrownShape::Ellipsoid,
-        base_m: 0.0,
-        height_m: under.height_m,
-        length_m: under.height_m,
-        width_m: under.height_m,
-        size_variation_ratio: under.size_variation_ratio,
-        limbs: 1,
-        clumps: 8,
-        clump_ratio: 0.45,
-        hollow_ratio: 0.4,
-    };
+    let crown = under.crown();
     let leaves =
         LeavesSpec { size_m: under.leaf_size_m, area_per_m: under.leaf_area_per_m, ..spec.leaves.clone() };
     let stems = TrunkSpec { radius_m: STEM_M, lean_deg: 0.0, ..spec.trunk.clone() };
@@ -117,9 +106,9 @@ fn grow_kind(stand: &mut Stand, spec: &ForestSpec, kind: &Kind<'_>, shapes: Stre
         size_variation_ratio: kind.crown.size_variation_ratio,
         bark_reflectivity_ratio: spec.trunk.reflectivity_ratio,
     };
-    let crown = kind.crown.crown(spec.season);
     (0..kind.prototypes)
         .map(|number| {
+            let crown = kind.crown.crown_of_shape(spec.season, &mut shapes.at(number));
             let form = grown(kind.crown, &crown, kind.habit, kind.stem_m, shapes.child(2 * number));
             stand.keep(&form, &wear, shapes.child(2 * number + 1))
         })

@@ -34,9 +34,9 @@ pub(crate) fn grow(spec: &VineyardSpec, terrain: &Terrain, seed: Seed) -> Stand 
         bark_reflectivity_ratio: spec.trunk.reflectivity_ratio,
     };
     let shapes = seed.stream("world/plant_shapes");
-    let crown = spec.crown.crown(spec.season);
     let sorts: Vec<Sort> = (0..PROTOTYPES)
         .map(|kind| {
+            let crown = spec.crown.crown_of_shape(spec.season, &mut shapes.at(kind));
             let form = vine(spec, &crown, shapes.child(2 * kind));
             stand.keep(&form, &wear, shapes.child(2 * kind + 1))
         })

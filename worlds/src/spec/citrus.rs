@@ -1,8 +1,8 @@
 //! What a scenario may say about a citrus grove.
 
+use super::SpecError;
 use super::plants::{CrownSpec, LeavesSpec, RowsSpec, TrunkSpec};
 use super::table::{read_over_defaults, table};
-use super::{SpecError, within};
 use crate::crown::CrownShape;
 use crate::leaf_angle::LeafAngle;
 use crate::season::{Foliage, Season};
@@ -50,16 +50,17 @@ impl Default for CitrusSpec {
                 reflectivity_ratio: 0.38,    // Helios spectral library: generic bark 0.316-0.45
             },
             crown: CrownSpec {
-                shape: CrownShape::Box,    // hedged
-                base_m: 0.0,               // photos of CitrusFarm: skirted to the ground
-                height_m: 3.2,             // assumed: hedged for picking
-                length_m: 4.2,             // assumed: nearly closed at a tree spacing of 4.5 m
-                width_m: 3.4,              // assumed: leaves a 3 m alley
-                size_variation_ratio: 0.1, // assumed
-                limbs: 6,                  // assumed
-                clumps: 60,                // assumed: a bumpy wall
-                clump_ratio: 0.26,         // assumed
-                hollow_ratio: 0.8,         // dense outer shell (sensors, plants and sites facts, 7.6)
+                shape: CrownShape::Box,     // hedged
+                base_m: 0.0,                // photos of CitrusFarm: skirted to the ground
+                height_m: 3.2,              // assumed: hedged for picking
+                length_m: 4.2,              // assumed: nearly closed at a tree spacing of 4.5 m
+                width_m: 3.4,               // assumed: leaves a 3 m alley
+                size_variation_ratio: 0.1,  // assumed
+                form_variation_ratio: 0.05, // assumed: hedged
+                limbs: 6,                   // assumed
+                clumps: 60,                 // assumed: a bumpy wall
+                clump_ratio: 0.26,          // assumed
+                hollow_ratio: 0.8,          // dense outer shell (sensors, plants and sites facts, 7.6)
             },
             leaves: LeavesSpec {
                 size_m: 0.07,                // assumed: the area of a leaf of 10 cm x 5 cm
@@ -75,9 +76,8 @@ impl CitrusSpec {
     /// Whether every value is finite and in its range.
     pub fn check(&self) -> Result<(), SpecError> {
         self.rows.check()?;
-        self.trunk.check()?;
         self.crown.check("planting.crown")?;
-        within("planting.trunk", "height_m", self.trunk.height_m, 0.05, self.crown.height_m)?;
+        self.trunk.check(&self.crown.crown(self.season))?;
         self.leaves.check(&self.crown.crown(Season::Full))
     }
 }

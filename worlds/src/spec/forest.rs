@@ -1,6 +1,6 @@
 //! What a scenario may say about a forest.
 
-use super::plants::{CrownSpec, LeavesSpec, PLANTS_MAX, TrunkSpec};
+use super::plants::{CrownSpec, LeavesSpec, PLANTS_MAX, TrunkSpec, numbered};
 use super::table::{read_over_defaults, table};
 use super::{SpecError, at_most, within};
 use crate::crown::CrownShape;
@@ -95,27 +95,29 @@ impl Default for ForestSpec {
             },
             crown: CrownSpec {
                 shape: CrownShape::Ellipsoid,
-                base_m: 4.5,               // assumed: high crowns, trunks are what a lidar sees
-                height_m: 14.0,            // assumed
-                length_m: 5.0,             // assumed
-                width_m: 5.0,              // assumed
-                size_variation_ratio: 0.2, // assumed
-                limbs: 6,                  // assumed
-                clumps: 48,                // assumed
-                clump_ratio: 0.25,         // assumed
-                hollow_ratio: 0.6,         // assumed: leaves are at the light
+                base_m: 4.5,                // assumed: high crowns, trunks are what a lidar sees
+                height_m: 14.0,             // assumed
+                length_m: 5.0,              // assumed
+                width_m: 5.0,               // assumed
+                size_variation_ratio: 0.2,  // assumed
+                form_variation_ratio: 0.15, // assumed
+                limbs: 6,                   // assumed
+                clumps: 48,                 // assumed
+                clump_ratio: 0.25,          // assumed
+                hollow_ratio: 0.6,          // assumed: leaves are at the light
             },
             conifer: CrownSpec {
                 shape: CrownShape::Cone,
-                base_m: 2.5,               // assumed: dead lower branches have fallen
-                height_m: 15.0,            // assumed
-                length_m: 3.6,             // assumed
-                width_m: 3.6,              // assumed
-                size_variation_ratio: 0.2, // assumed
-                limbs: 1,                  // assumed: sways as one
-                clumps: 70,                // assumed
-                clump_ratio: 0.12,         // assumed: flat whorls
-                hollow_ratio: 0.3,         // assumed
+                base_m: 2.5,                // assumed: dead lower branches have fallen
+                height_m: 15.0,             // assumed
+                length_m: 3.6,              // assumed
+                width_m: 3.6,               // assumed
+                size_variation_ratio: 0.2,  // assumed
+                form_variation_ratio: 0.15, // assumed
+                limbs: 1,                   // assumed: sways as one
+                clumps: 70,                 // assumed
+                clump_ratio: 0.12,          // assumed: flat whorls
+                hollow_ratio: 0.3,          // assumed
             },
             undergrowth: UndergrowthSpec {
                 bushes: 90,                // assumed
@@ -151,11 +153,10 @@ impl ForestSpec {
     /// Whether every value is finite and in its range.
     pub fn check(&self) -> Result<(), SpecError> {
         self.stand.check()?;
-        self.trunk.check()?;
         self.crown.check("planting.crown")?;
+        self.trunk.check(&self.crown.crown(self.season))?;
         self.conifer.check("planting.conifer")?;
         self.undergrowth.check()?;
-        within("planting.trunk", "height_m", self.trunk.height_m, 0.05, self.crown.height_m)?;
         self.leaves.check(&self.crown.crown(Season::Full))?;
         self.leaves.check(&self.conifer.crown(Season::Full))
     }
@@ -181,6 +182,23 @@ impl StandSpec {
 }
 
 impl UndergrowthSpec {
+    /// A bush's crown: from the ground up, as wide as high.
+    pub(crate) fn crown(&self) -> CrownSpec {
+        CrownSpec {
+            shape: CrownShape::Ellipsoid,
+            base_m: 0.0,
+            height_m: self.height_m,
+            length_m: self.height_m,
+            width_m: self.height_m,
+            size_variation_ratio: self.size_variation_ratio,
+            form_variation_ratio: 0.2,
+            limbs: 1,
+            clumps: 8,
+            clump_ratio: 0.45,
+            hollow_ratio: 0.4,
+        }
+    }
+
     fn check(&self) -> Result<(), SpecError> {
         let table = "planting.undergrowth";
         let at = |key, value, low, high| within(table, key, value, low, high);
@@ -188,6 +206,13 @@ impl UndergrowthSpec {
         at("height_m", self.height_m, 0.1, 5.0)?;
         at("size_variation_ratio", self.size_variation_ratio, 0.0, 0.9)?;
         at("leaf_size_m", self.leaf_size_m, 0.01, 0.5)?;
-        at("leaf_area_per_m", self.leaf_area_per_m, 0.0, 20.0)
+        at("leaf_area_per_m", self.leaf_area_per_m, 0.0, 20.0)?;
+        numbered(
+            table,
+            "leaf_size_m",
+            self.leaf_size_m,
+            self.leaf_area_per_m,
+            &self.crown().crown(Season::Full),
+        )
     }
 }

@@ -1,8 +1,8 @@
 //! What a scenario may say about an orchard of fruit trees.
 
+use super::SpecError;
 use super::plants::{CrownSpec, LeavesSpec, RowsSpec, TrunkSpec};
 use super::table::{read_over_defaults, table};
-use super::{SpecError, within};
 use crate::crown::CrownShape;
 use crate::leaf_angle::LeafAngle;
 use crate::season::{Foliage, Season};
@@ -51,15 +51,16 @@ impl Default for OrchardSpec {
             },
             crown: CrownSpec {
                 shape: CrownShape::Ellipsoid,
-                base_m: 0.6,               // assumed: trunks in sight at lidar height
-                height_m: 3.1,             // J. Imaging 2025, 11(1):5: apple 3.13 m
-                length_m: 2.6,             // assumed: just apart at a tree spacing of 3.2 m
-                width_m: 2.6,              // assumed: leaves a 2 m alley
-                size_variation_ratio: 0.2, // assumed: mixed fruit
-                limbs: 5,                  // assumed: a vase of five scaffolds
-                clumps: 36,                // assumed
-                clump_ratio: 0.3,          // assumed
-                hollow_ratio: 0.6,         // assumed: a vase is open in its middle
+                base_m: 0.6,                // assumed: trunks in sight at lidar height
+                height_m: 3.1,              // J. Imaging 2025, 11(1):5: apple 3.13 m
+                length_m: 2.6,              // assumed: just apart at a tree spacing of 3.2 m
+                width_m: 2.6,               // assumed: leaves a 2 m alley
+                size_variation_ratio: 0.2,  // assumed: mixed fruit
+                form_variation_ratio: 0.15, // assumed: mixed fruit
+                limbs: 5,                   // assumed: a vase of five scaffolds
+                clumps: 36,                 // assumed
+                clump_ratio: 0.3,           // assumed
+                hollow_ratio: 0.6,          // assumed: a vase is open in its middle
             },
             leaves: LeavesSpec {
                 size_m: 0.06,                // assumed: apple, plum and peach leaves
@@ -75,9 +76,8 @@ impl OrchardSpec {
     /// Whether every value is finite and in its range.
     pub fn check(&self) -> Result<(), SpecError> {
         self.rows.check()?;
-        self.trunk.check()?;
         self.crown.check("planting.crown")?;
-        within("planting.trunk", "height_m", self.trunk.height_m, 0.05, self.crown.height_m)?;
+        self.trunk.check(&self.crown.crown(self.season))?;
         self.leaves.check(&self.crown.crown(Season::Full))
     }
 }

@@ -5,6 +5,7 @@ use super::{LEAVES_MAX, SpecError, at_most, error, within};
 use crate::crown::{Crown, CrownShape};
 use crate::leaf_angle::LeafAngle;
 use crate::season::{Foliage, Season};
+use arborloop_base::Draws;
 
 whole!(CrownShape, LeafAngle, Season, Foliage);
 
@@ -68,6 +69,8 @@ pub struct CrownSpec read as CrownText {
     pub width_m: f64,
     /// Every plant's size differs from the mean by up to this share.
     pub size_variation_ratio: f64,
+    /// Every shape's proportions, girth and height, differ from the mean by up to this share.
+    pub form_variation_ratio: f64,
     /// Limbs that move in the wind each for itself.
     pub limbs: usize,
     /// Clumps of leaves; their gaps are what light comes through.
@@ -115,26 +118,40 @@ impl RowsSpec {
 }
 
 impl TrunkSpec {
-    pub(crate) fn check(&self) -> Result<(), SpecError> {
+    /// Whether every value is in range and the stem ends below the crown's upper end.
+    pub(crate) fn check(&self, crown: &Crown) -> Result<(), SpecError> {
         let at = |key, value, low, high| within("planting.trunk", key, value, low, high);
         at("radius_m", self.radius_m, 0.003, 2.0)?;
         at("radius_variation_ratio", self.radius_variation_ratio, 0.0, 1.0)?;
-        at("height_m", self.height_m, 0.05, 50.0)?;
+        at("height_m", self.height_m, 0.05, crown.top_m())?;
         at("lean_deg", self.lean_deg, 0.0, 20.0)?;
         at("reflectivity_ratio", self.reflectivity_ratio, 0.0, 1.0)
     }
 }
 
 impl CrownSpec {
-    /// The crown in its season: its lower end stays, the rest is cut back.
+    /// The mean crown in a season: its lower end stays, the rest is cut back.
     pub(crate) fn crown(&self, season: Season) -> Crown {
+        self.formed(season, 1.0, 1.0)
+    }
+
+    /// The crown of one shape, with proportions of its own.
+    pub(crate) fn crown_of_shape(&self, season: Season, draws: &mut Draws) -> Crown {
+        let [girth_ratio, height_ratio] =
+            [(); 2].map(|()| 1.0 + self.form_variation_ratio * draws.within(-1.0, 1.0));
+        self.formed(season, girth_ratio, height_ratio)
+    }
+
+    fn formed(&self, season: Season, girth_ratio: f64, height_ratio: f64) -> Crown {
         let ratio = season.scales().crown_ratio;
+        let height_m = ratio * height_ratio * (self.height_m - self.base_m);
+        let girth_ratio = ratio * girth_ratio;
         Crown::standing(
             self.shape,
             self.base_m,
-            ratio * (self.height_m - self.base_m),
-            ratio * self.length_m,
-            ratio * self.width_m,
+            height_m,
+            girth_ratio * self.length_m,
+            girth_ratio * self.width_m,
         )
     }
 
@@ -145,6 +162,7 @@ impl CrownSpec {
         at("length_m", self.length_m, 0.1, 30.0)?;
         at("width_m", self.width_m, 0.1, 30.0)?;
         at("size_variation_ratio", self.size_variation_ratio, 0.0, 0.5)?;
+        at("form_variation_ratio", self.form_variation_ratio, 0.0, 0.5)?;
         at("clump_ratio", self.clump_ratio, 0.05, 1.0)?;
         at("hollow_ratio", self.hollow_ratio, 0.0, 1.0)?;
         count(table, "limbs", self.limbs, 24)?;
@@ -156,18 +174,28 @@ impl LeavesSpec {
     /// Whether every value is in range and a plant with this crown has leaves in numbers.
     pub(crate) fn check(&self, crown: &Crown) -> Result<(), SpecError> {
         let table = "planting.leaves";
-        let at = |key, value, low, high| within(table, key, value, low, high);
-        at("size_m", self.size_m, 0.01, 0.5)?;
-        at("area_per_m", self.area_per_m, 0.0, 20.0)?;
-        at("reflectivity_ratio", self.reflectivity_ratio, 0.0, 1.0)?;
-        let area_m2 = self.area_per_m * crown.volume_m3();
-        if area_m2 / self.size_m.powi(2) > LEAVES_MAX {
-            let least_m = (area_m2 / LEAVES_MAX).sqrt();
-            let wanted = format!("at least {least_m:.3}, so that a plant has {LEAVES_MAX} leaves or fewer");
-            return Err(error(table, "size_m", self.size_m, wanted));
-        }
-        Ok(())
+        within(table, "size_m", self.size_m, 0.01, 0.5)?;
+        within(table, "area_per_m", self.area_per_m, 0.0, 20.0)?;
+        within(table, "reflectivity_ratio", self.reflectivity_ratio, 0.0, 1.0)?;
+        numbered(table, "size_m", self.size_m, self.area_per_m, crown)
     }
+}
+
+/// Refuses leaves too small for a crown to be grown from.
+pub(crate) fn numbered(
+    table: &str,
+    key: &str,
+    size_m: f64,
+    area_per_m: f64,
+    crown: &Crown,
+) -> Result<(), SpecError> {
+    let area_m2 = area_per_m * crown.volume_m3();
+    if area_m2 / size_m.powi(2) <= LEAVES_MAX {
+        return Ok(());
+    }
+    let least_m = (area_m2 / LEAVES_MAX).sqrt();
+    let wanted = format!("at least {least_m:.3}, so that a plant has {LEAVES_MAX} leaves or fewer");
+    Err(error(table, key, size_m, wanted))
 }
 
 fn count(table: &str, key: &str, value: usize, most: usize) -> Result<(), SpecError> {

@@ -90,6 +90,7 @@ impl Default for VineyardSpec {
                 length_m: 1.5,              // the vines' spacing: the curtain is closed
                 width_m: 0.5,               // 0.4-0.6 m
                 size_variation_ratio: 0.04, // assumed: trimmed by machine
+                form_variation_ratio: 0.0,  // trimmed
                 limbs: 2,                   // two arms of a cordon
                 clumps: 12,                 // assumed: a shoot in every 12 cm
                 clump_ratio: 0.2,           // assumed
@@ -110,13 +111,12 @@ impl VineyardSpec {
     pub fn check(&self) -> Result<(), SpecError> {
         self.rows.check()?;
         self.trellis.check()?;
-        self.trunk.check()?;
         self.crown.check("planting.crown")?;
+        self.trunk.check(&self.crown.crown(self.season))?;
         if self.crown.shape != CrownShape::Box {
             let found = format!("{:?}", self.crown.shape).to_lowercase();
             return Err(error("planting.crown", "shape", found, "box: a trellis holds a curtain".into()));
         }
-        within("planting.trunk", "height_m", self.trunk.height_m, 0.05, self.crown.height_m)?;
         self.leaves.check(&self.crown.crown(Season::Full))
     }
 }
