@@ -10,7 +10,7 @@ use crate::stand::{BURIED_M, Facing, PROTOTYPES, Site, Sort, Stand};
 use crate::terrain::Terrain;
 use crate::{Crown, Solid};
 use arborloop_base::{Class, Draws, Seed, Stream};
-use nalgebra::{Point3, Vector2, Vector3};
+use nalgebra::{Point3, Unit, Vector2, Vector3};
 
 /// Canes that rise from the cordon into each clump.
 const CANES: usize = 3;
@@ -120,51 +120,67 @@ fn shoot(spec: &CrownSpec, crown: &Crown, share: f64, draws: &mut Draws) -> Haze
     clump(Outline::Box, crown.center + offset, half.component_mul(&ratio))
 }
 
-/// Posts midway between vines and at both ends of each row, wires from post to post.
+/// Posts and wires of every row, row by row.
 fn trellis(spec: &VineyardSpec, terrain: &Terrain, seed: Seed) -> Vec<Solid> {
-    let (rows, trellis) = (&spec.rows, &spec.trellis);
     let stream = seed.stream("world/posts");
+    let rows = if spec.rows.plants == 0 { 0 } else { spec.rows.count };
     let mut solids = Vec::new();
-    for row in 0..if rows.plants == 0 { 0 } else { rows.count } {
-        let count = rows.plants.div_ceil(trellis.plants_per_post) + 1;
-        let posts: Vec<Frustum> = (0..count)
-            .map(|index| {
-                let before = (index * trellis.plants_per_post).min(rows.plants);
-                let along_m = (before as f64 - 0.5) * rows.plant_spacing_m;
-                let place = rows::at(rows, Vector2::new(along_m, row as f64 * rows.spacing_m));
-                let mut draws = stream.child(row as u64).at(index as u64);
-                let mut lean = || POST_LEAN_RAD * draws.normal().clamp(-2.0, 2.0);
-                let up = Vector3::new(lean(), lean(), 1.0).normalize();
-                let ends = index == 0 || index + 1 == count;
-                let radius_m = if ends { trellis.end_post_radius_m } else { trellis.post_radius_m };
-                let ground = Point3::new(place.x, place.y, terrain.height_m(place.x, place.y));
-                Frustum {
-                    base: ground - BURIED_M * up,
-                    axis: nalgebra::Unit::new_normalize(up),
-                    height_m: trellis.post_height_m + BURIED_M,
-                    radius_base_m: radius_m,
-                    radius_top_m: radius_m,
-                }
-            })
-            .collect();
+    for row in 0..rows {
+        let posts = posts(spec, row, terrain, stream.child(row as u64));
         solids.extend(posts.iter().enumerate().map(|(index, post)| Solid {
             class: Class::Post,
             instance: rows::instance(row, index),
             shape: *post,
-            reflectivity_ratio: trellis.post_reflectivity_ratio,
+            reflectivity_ratio: spec.trellis.post_reflectivity_ratio,
         }));
-        for (wire, height_m) in trellis.wire_heights_m.iter().enumerate() {
-            let spans = posts.windows(2).filter_map(|pair| {
-                let [from, to] = [&pair[0], &pair[1]].map(|post| post.center(BURIED_M + height_m));
-                between(from, to, trellis.wire_radius_m, trellis.wire_radius_m)
-            });
-            solids.extend(spans.map(|shape| Solid {
-                class: Class::Wire,
-                instance: rows::instance(row, wire),
-                shape,
-                reflectivity_ratio: trellis.wire_reflectivity_ratio,
-            }));
-        }
+        solids.extend(wires(spec, row, &posts));
     }
     solids
+}
+
+/// The posts of a row: midway between vines, and half a vine's spacing beyond both ends.
+fn posts(spec: &VineyardSpec, row: usize, terrain: &Terrain, stream: Stream) -> Vec<Frustum> {
+    let (rows, trellis) = (&spec.rows, &spec.trellis);
+    let count = rows.plants.div_ceil(trellis.plants_per_post) + 1;
+    (0..count)
+        .map(|index| {
+            let vines = (index * trellis.plants_per_post).min(rows.plants);
+            let along_m = (vines as f64 - 0.5) * rows.plant_spacing_m;
+            let place = rows::at(rows, Vector2::new(along_m, row as f64 * rows.spacing_m));
+            let mut draws = stream.at(index as u64);
+            let [lean_x, lean_y] = [(); 2].map(|()| POST_LEAN_RAD * draws.normal().clamp(-2.0, 2.0));
+            let up = Unit::new_normalize(Vector3::new(lean_x, lean_y, 1.0));
+            let ends = index == 0 || index + 1 == count;
+            let radius_m = if ends { trellis.end_post_radius_m } else { trellis.post_radius_m };
+            let ground = Point3::new(place.x, place.y, terrain.height_m(place.x, place.y));
+            Frustum {
+                base: ground - BURIED_M * up.into_inner(),
+                axis: up,
+                height_m: trellis.post_height_m + BURIED_M,
+                radius_base_m: radius_m,
+                radius_top_m: radius_m,
+            }
+        })
+        .collect()
+}
+
+/// The wires of a row: one instance each, a span from post to post.
+fn wires<'a>(
+    spec: &'a VineyardSpec,
+    row: usize,
+    posts: &'a [Frustum],
+) -> impl Iterator<Item = Solid> + use<'a> {
+    let trellis = &spec.trellis;
+    trellis.wire_heights_m.iter().enumerate().flat_map(move |(wire, height_m)| {
+        let spans = posts.windows(2).filter_map(move |pair| {
+            let [from, to] = [&pair[0], &pair[1]].map(|post| post.center(BURIED_M + height_m));
+            between(from, to, trellis.wire_radius_m, trellis.wire_radius_m)
+        });
+        spans.map(move |shape| Solid {
+            class: Class::Wire,
+            instance: rows::instance(row, wire),
+            shape,
+            reflectivity_ratio: trellis.wire_reflectivity_ratio,
+        })
+    })
 }
