@@ -56,6 +56,8 @@ impl Habit {
     }
 }
 
+/// Share of a hedge's clumps on its top; a cube's is a fifth of top and sides.
+const TOP_SHARE: f64 = 0.2;
 /// Twigs that spread from the middle of a clump.
 const TWIGS: usize = 5;
 /// Bark and pith leave this share of the trunk's section to the limbs.
@@ -174,17 +176,32 @@ fn clumps(spec: &CrownSpec, crown: &Crown, stream: Stream) -> Vec<Haze> {
             if crown.shape == CrownShape::Cone {
                 return whorl(crown, share, out_ratio, size_ratio, [cos, sin]);
             }
-            let up = 1.0 - 2.0 * share;
-            let level = (1.0 - up * up).max(0.0).sqrt();
-            let mut unit = Vector3::new(level * cos, level * sin, up);
-            if crown.shape == CrownShape::Box {
-                unit /= unit.amax();
-            }
+            let unit = match crown.shape {
+                CrownShape::Box => hedge_point(share, out_ratio, [cos, sin]),
+                _ => ball_point(share, [cos, sin]) * out_ratio,
+            };
             // A convex body's scaled copies, one shrunk by what the other keeps, add up to the body: no clump leaves it.
-            let offset = unit.component_mul(&crown.half_size) * ((1.0 - size_ratio) * out_ratio);
+            let offset = unit.component_mul(&crown.half_size) * (1.0 - size_ratio);
             clump(Outline::Ellipsoid, crown.center + offset, crown.half_size * size_ratio)
         })
         .collect()
+}
+
+/// Evenly over the unit sphere, in bands of equal area.
+fn ball_point(share: f64, [cos, sin]: [f64; 2]) -> Vector3<f64> {
+    let up = 1.0 - 2.0 * share;
+    let level = (1.0 - up * up).max(0.0).sqrt();
+    Vector3::new(level * cos, level * sin, up)
+}
+
+/// Evenly over a hedge's top and sides, down to the ground: the cube of half side 1, pulled inward by `out_ratio`.
+fn hedge_point(share: f64, out_ratio: f64, [cos, sin]: [f64; 2]) -> Vector3<f64> {
+    let level = Vector3::new(cos, sin, 0.0) / cos.abs().max(sin.abs());
+    if share < TOP_SHARE {
+        return level * (share / TOP_SHARE).sqrt() + Vector3::z() * out_ratio;
+    }
+    let up = 1.0 - 2.0 * (share - TOP_SHARE) / (1.0 - TOP_SHARE);
+    level * out_ratio + Vector3::z() * up
 }
 
 /// A flat clump of a cone, as far up as holds `share` of its outline seen from the side.
