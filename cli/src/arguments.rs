@@ -41,6 +41,8 @@ pub(crate) enum Verb {
     Replay(Replay),
     /// Score a trajectory (TUM) or a map (map_server YAML) against a reference.
     Eval(Eval),
+    /// Say what one beam of a run met, and why it returned or not.
+    Explain(Explain),
     /// Check scenario and suite files without running them.
     Check {
         /// Files, or names of what comes with the program.
@@ -122,6 +124,18 @@ pub(crate) struct Replay {
     /// Folder of the replay; runs/replay-<name>/0 when absent.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Explain {
+    /// Folder of a run or of a data set.
+    pub(crate) run: PathBuf,
+    /// Which sweep, counted from 0.
+    #[arg(long, value_name = "N")]
+    pub(crate) sweep: u64,
+    /// Which firing of the sweep, counted from 0 in firing order.
+    #[arg(long, value_name = "K")]
+    pub(crate) ray: usize,
 }
 
 #[derive(Debug, Args)]

@@ -31,6 +31,9 @@ pub enum Failure {
     /// The command line asks for something that does not exist.
     #[error("{0}")]
     Usage(String),
+    /// What a verb was given is not what it should be; names the place, what was found and what was wanted.
+    #[error("{0}")]
+    Input(String),
     /// Nothing fits what was asked for.
     #[error("{0}")]
     Nothing(String),
@@ -68,6 +71,7 @@ impl Failure {
             | Failure::Dataset(_)
             | Failure::Score { .. }
             | Failure::Robot(_)
+            | Failure::Input(_)
             | Failure::File { .. } => 3,
             Failure::Nothing(_) => 4,
             Failure::Expectation(_) => 100,

@@ -2,6 +2,7 @@
 
 mod check;
 mod eval;
+mod explain;
 mod generate;
 mod list;
 mod replay;
@@ -30,6 +31,7 @@ pub(crate) fn run(catalog: &Catalog, arguments: &Arguments) -> Result<(), Failur
         Verb::Gen(verb) => generate::generate(arguments, verb),
         Verb::Replay(verb) => replay::replay(catalog, arguments, verb),
         Verb::Eval(verb) => eval::eval(arguments, verb),
+        Verb::Explain(verb) => explain::explain(verb),
         Verb::Check { files } => check::check(files),
         Verb::Show(verb) => show::show(verb),
         Verb::List => {

@@ -94,7 +94,7 @@ fn usage_and_empty_selections_have_exit_codes_of_their_own() {
 fn what_comes_with_the_program_can_be_listed_shown_and_checked() {
     let folder = tempfile::tempdir().unwrap();
     let (out, _) = with_code(folder.path(), &["list"], 0);
-    for name in ["cone-field-go1", "smoke", "mhd-paper", "vlp16"] {
+    for name in ["cone-field-go1", "smoke", "mhd-paper", "vlp16", "os1-16"] {
         assert!(out.contains(name), "{name} is missing in\n{out}");
     }
     let (resolved, _) = with_code(folder.path(), &["show", "scenario", "cone-field-go1"], 0);
@@ -137,6 +137,78 @@ fn a_run_is_the_same_at_any_thread_count_and_its_recording_replays_to_the_same_e
     }
     let metrics = std::fs::read_to_string(at.join("1/metrics.json")).unwrap();
     assert_eq!(metrics, std::fs::read_to_string(at.join("8/metrics.json")).unwrap());
+}
+
+#[test]
+fn a_run_with_an_os1_replays_to_the_same_estimates() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut arguments = vec!["run", "cone-field-go1-short", "-q", "-o", "run", "--system", "mhd"];
+    arguments.extend(["--set", "lidar.model=os1-16"].iter().chain(&SHORT));
+    with_code(at, &arguments, 0);
+    with_code(at, &["replay", "run", "-q", "--system", "mhd", "-o", "again"], 0);
+    let read = |folder: &str| std::fs::read(at.join(folder).join("est_mhd.tum")).unwrap();
+    assert_eq!(read("run"), read("again"));
+}
+
+#[test]
+fn a_lidar_of_the_users_own_is_found_beside_its_scenario_and_refused_in_its_own_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path().join("site");
+    std::fs::create_dir(&at).unwrap();
+    let (text, _) = with_code(folder.path(), &["show", "lidar", "os1-16"], 0);
+    let own = text.replace("name = \"os1-16\"", "name = \"mine\"").replace("\"ouster\"", "\"plain\"");
+    let scenario = arborloop_sim::Scenario::embedded("cone-field-go1").unwrap().text;
+    std::fs::write(at.join("field.toml"), scenario.replace("\"vlp16\"", "\"mine.toml\"")).unwrap();
+    let (_, err) = with_code(folder.path(), &["check", "site/field.toml"], 3);
+    assert!(flat(&err).contains("found no file `mine.toml`"), "{err}");
+    std::fs::write(at.join("mine.toml"), own.replace("reach_m", "reech_m")).unwrap();
+    let (_, err) = with_code(folder.path(), &["check", "site/field.toml"], 3);
+    assert!(flat(&err).contains("mine.toml") && flat(&err).contains("did you mean `reach_m`"), "{err}");
+    std::fs::write(at.join("mine.toml"), own).unwrap();
+    with_code(folder.path(), &["check", "site/field.toml"], 0);
+    let (resolved, _) = with_code(folder.path(), &["show", "scenario", "site/field.toml"], 0);
+    assert!(resolved.contains("name = \"mine\"") && resolved.contains("wire = \"plain\""), "{resolved}");
+    // The resolved scenario needs no other file.
+    std::fs::write(folder.path().join("resolved.toml"), resolved).unwrap();
+    with_code(folder.path(), &["check", "resolved.toml"], 0);
+    let (shown, _) = with_code(folder.path(), &["show", "lidar", "site/mine.toml"], 0);
+    assert!(shown.contains("-16.858"), "{shown}");
+}
+
+#[test]
+fn a_beam_of_a_run_is_explained_and_what_it_has_not_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let mut arguments = vec!["run", "cone-field-go1-short", "-q", "-o", "run", "--system", "mhd"];
+    arguments.extend(SHORT);
+    with_code(at, &arguments, 0);
+    // Laser 0 of the hundredth cycle looks at the ground near the robot.
+    let (story, _) = with_code(at, &["explain", "run", "--sweep", "25", "--ray", "1600"], 0);
+    for part in
+        ["cone-field-go1-short, seed 1, sweep 25 of the vlp16", "beam 0 (ring 0)", "elevation -15.000 deg"]
+    {
+        assert!(story.contains(part), "`{part}` is missing in\n{story}");
+    }
+    assert!(story.contains("returned, measured at") || story.contains("lost by chance"), "{story}");
+    // Laser 15 looks up into the sky.
+    let (story, _) = with_code(at, &["explain", "run", "--sweep", "25", "--ray", "1615"], 0);
+    assert!(story.contains("0: ") && story.contains("beam 15 (ring 15)"), "{story}");
+    for (run, sweep, ray, code, says) in [
+        ("run", "25", "40000", 2, "wanted 0 to 289"),
+        ("run", "90000", "0", 2, "wanted 0 to "),
+        ("nowhere", "0", "0", 3, "scenario.resolved.toml"),
+    ] {
+        let (_, err) = with_code(at, &["explain", run, "--sweep", sweep, "--ray", ray], code);
+        assert!(flat(&err).contains(says), "{err}");
+    }
+    // Another scenario beside the recording makes another sweep.
+    let resolved = std::fs::read_to_string(at.join("run/scenario.resolved.toml")).unwrap();
+    let other = resolved.replace("dropout_ratio = 0.01", "dropout_ratio = 0.5");
+    assert_ne!(resolved, other);
+    std::fs::write(at.join("run/scenario.resolved.toml"), other).unwrap();
+    let (_, err) = with_code(at, &["explain", "run", "--sweep", "25", "--ray", "0"], 3);
+    assert!(flat(&err).contains("sweep 25 came out otherwise"), "{err}");
 }
 
 #[test]

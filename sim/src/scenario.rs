@@ -1,7 +1,7 @@
 //! A scenario says what exists: terrain, planting, robot, mounts, sensors, route. It never names a system.
 
 use crate::document::{Document, Refusal, suggest};
-use crate::sensor::{GnssSpec, ImuSpec, LidarSpec, OdometrySpec};
+use crate::sensor::{FaultSpec, GnssSpec, ImuSpec, LidarSpec, OdometrySpec, WeatherSpec, wire_under};
 use arborloop_base::{Pose2, Span, Wire, pose2};
 use arborloop_robots::{FollowerSettings, Route, TrotSettings};
 use arborloop_worlds::WorldSpec;
@@ -64,9 +64,15 @@ pub struct Scenario {
     /// Leg odometry; absent means none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub odometry: Option<OdometrySpec>,
+    /// The air that the lidar's beams fly through.
+    #[serde(default)]
+    pub weather: WeatherSpec,
     /// What stands around.
     #[serde(default)]
     pub world: WorldSpec,
+    /// What goes wrong with the lidar, and when.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fault: Vec<FaultSpec>,
 }
 
 /// Clock, beginning and end of a run.
@@ -178,7 +184,7 @@ impl Scenario {
 
     /// How the lidar speaks: what its sweeps are rounded to and recorded as.
     pub fn wire(&self) -> Wire {
-        self.lidar.wire()
+        wire_under(&self.lidar, &self.fault)
     }
 
     /// One tick of the clock.
@@ -221,6 +227,9 @@ impl Scenario {
         self.world.check().map_err(|e| below("world", &e.key, &e.found, &e.wanted))?;
         let tick = self.tick();
         self.lidar.check(tick)?;
+        self.weather.check()?;
+        let (rings, turn_s) = (self.lidar.model.beams.elevation_deg.len() as u16, 1.0 / self.lidar.rate_hz);
+        self.fault.iter().enumerate().try_for_each(|(number, fault)| fault.check(number, rings, turn_s))?;
         self.imu.iter().try_for_each(|imu| imu.check(tick))?;
         self.gnss.iter().try_for_each(|gnss| gnss.check(tick))?;
         self.odometry.iter().try_for_each(|odometry| odometry.check(tick))

@@ -8,11 +8,11 @@ mod odometry;
 
 pub use gnss::{DatumSpec, GnssSpec};
 pub use imu::ImuSpec;
-pub use lidar::{EchoChoice, LidarModel, LidarSpec};
+pub use lidar::{EchoChoice, FaultSpec, FiringStory, LidarModel, LidarSpec, WeatherSpec};
 pub use odometry::OdometrySpec;
 
 pub(crate) use gnss::Gnss;
 pub(crate) use imu::InertialSensor;
-pub(crate) use lidar::{Lidar, Surroundings};
+pub(crate) use lidar::{Lidar, Surroundings, wire_under};
 pub(crate) use motion::Motion;
 pub(crate) use odometry::LegOdometry;

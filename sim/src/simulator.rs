@@ -3,7 +3,7 @@
 use crate::optics::Optics;
 use crate::physics::Physics;
 use crate::scenario::Scenario;
-use crate::sensor::{Gnss, InertialSensor, LegOdometry, Lidar, Motion, Surroundings};
+use crate::sensor::{FiringStory, Gnss, InertialSensor, LegOdometry, Lidar, Motion, Surroundings};
 use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, spatial};
 use arborloop_robots::{Command, Follower, Ground, KinematicTrot, Robot, TrunkMotion, TrunkState, go1};
 use arborloop_worlds::{Terrain, World};
@@ -63,7 +63,8 @@ impl Simulator {
                 tick,
                 turn + Span::from_millis(10),
             ),
-            lidar: Lidar::new(&scenario.lidar, turn, mount("velodyne"), seed.stream("lidar")),
+            lidar: Lidar::new(&scenario.lidar, turn, mount("velodyne"), seed.stream("lidar"))
+                .under(&scenario.weather, &scenario.fault),
             imu: scenario.imu.as_ref().map(|imu| {
                 InertialSensor::new(imu, period(imu.rate_hz), mount("imu_link"), seed.stream("imu"))
             }),
@@ -163,8 +164,31 @@ impl Simulator {
         }
     }
 
+    /// The robot obeys a command from the next tick on, whatever is queued: for walking a recorded path again.
+    pub fn obey(&mut self, command: Command) {
+        self.queued.clear();
+        self.command = command;
+    }
+
+    /// Firings of the sweep that ends now.
+    pub fn firings(&self) -> usize {
+        self.lidar.firings(self.now)
+    }
+
+    /// The story of a firing of the sweep that ends now, counted from its first; `None` beyond its last.
+    pub fn explain(&self, firing: usize) -> Option<FiringStory> {
+        let around = Surroundings { motion: &self.motion, optics: &self.optics };
+        self.lidar.explain(self.now, firing, around)
+    }
+
     /// One tick: the robot moves, and what its sensors complete in this tick is returned, sweeps last.
     pub fn step(&mut self) -> Vec<Observation> {
+        self.advance();
+        self.observe()
+    }
+
+    /// One tick in which the sensors are not asked: the robot moves as it would have.
+    pub fn advance(&mut self) {
         self.now += self.scenario.tick();
         while let Some((due, command)) = self.queued.front().copied()
             && due <= self.now
@@ -175,9 +199,8 @@ impl Simulator {
         let standing = self.now < Time::SIMULATION_START + Span::from_seconds(self.scenario.run.stand_s);
         let command = if standing { Command::default() } else { self.command };
         let state = self.gait.advance(&command, &Soil(&self.world.terrain));
-        self.motion.push(state.world_from_base);
+        self.motion.push_body(state.world_from_base, state.joint_angles_rad);
         self.contacts = self.physics.step(state);
-        self.observe()
     }
 
     fn observe(&mut self) -> Vec<Observation> {

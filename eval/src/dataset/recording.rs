@@ -3,15 +3,15 @@
 pub(super) mod front;
 
 use super::bag::ContentHash;
-use super::error::DatasetError;
+use super::error::{DatasetError, Place};
 use super::ground_truth;
 use super::index::{Index, Topics};
 use super::mcap_file::{Item, McapCursor};
 use super::observations::{Observations, decode};
 use super::pullally::Pullally;
-use super::ros2::PoseStamped;
+use super::ros2::{PoseStamped, TwistStamped};
 use super::{PoseTime, metadata, tum};
-use arborloop_base::{Observation, Pose, Trajectory};
+use arborloop_base::{Observation, Pose, Time, Trajectory, Twist};
 use front::Front;
 use std::collections::BTreeSet;
 use std::io::Read;
@@ -174,6 +174,27 @@ impl Recording {
             }
             Content::Pullally(pullally) => Ok(Box::new(pullally.sweeps().map(Observation::Sweep).map(Ok))),
         }
+    }
+
+    /// What the robot obeyed at the end of each sweep, in order, from `/cmd_vel`; empty where nothing was recorded.
+    ///
+    /// # Errors
+    /// A command that does not decode, or a file that was cut off.
+    pub fn commands(&self) -> Result<Vec<(Time, Twist)>, DatasetError> {
+        let Content::Mcap(content) = &self.content else { return Ok(Vec::new()) };
+        let mut commands = Vec::new();
+        let mut cursor = McapCursor::new(&content.files);
+        while let Some(item) = cursor.next() {
+            let Item::Message { topic, payload, .. } = item? else { continue };
+            if topic.name == "/cmd_vel" {
+                let index = commands.len() as u64;
+                let message: TwistStamped = decode(&topic, &payload).map_err(|refusal| {
+                    refusal.at(&content.path, Place::Message { topic: topic.name.clone(), index })
+                })?;
+                commands.push((message.header.stamp.time(), message.twist.into()));
+            }
+        }
+        Ok(commands)
     }
 
     /// Where the robot was: of our own recordings the exact truth at sweep ends, of Pullally files the RTK positions;

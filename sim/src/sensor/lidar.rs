@@ -3,17 +3,24 @@
 //! Surfaces that the rays of a footprint meet become echoes, echoes become returns, and the sweep goes over the wire.
 
 mod answer;
+mod body;
 mod cast;
 mod echo;
+mod explain;
+mod fault;
 mod file;
 mod footprint;
 mod model;
 mod schedule;
 mod spec;
+mod weather;
 
+pub use explain::{EchoStory, FiringStory, SurfaceStory};
+pub use fault::FaultSpec;
 pub use file::{lidar_file, with_lidar};
 pub use model::{BeamModel, EMBEDDED, EchoChoice, LidarModel, PulseModel, RangeModel, TurnModel, WireForm};
 pub use spec::LidarSpec;
+pub use weather::WeatherSpec;
 
 use crate::optics::Optics;
 use crate::sensor::Motion;
@@ -21,12 +28,15 @@ use answer::Answer;
 use arborloop_base::os1::Os1;
 use arborloop_base::vlp16::ReturnMode;
 use arborloop_base::{Label, Pose, Span, Stream, Sweep, Time, Wire};
+use body::Body;
 use cast::Scratch;
 use footprint::{SubRay, footprint};
+use nalgebra::{Point3, UnitQuaternion};
 use rayon::prelude::*;
 use schedule::Schedule;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use weather::Air;
 
 pub(crate) struct Lidar {
     spec: LidarSpec,
@@ -43,6 +53,11 @@ pub(crate) struct Lidar {
     /// Least energy that is seen: of a facing target of 10 % reflectance at the reach.
     threshold: f64,
     noise: Stream,
+    air: Air,
+    faults: Vec<FaultSpec>,
+    body: Body,
+    /// Firing cycles of a packet, for packets that get lost.
+    packet_cycles: i64,
     answers: Vec<Answer>,
     /// One a thread that ever cast, handed back after each block of cycles.
     scratch: Mutex<Vec<Scratch>>,
@@ -59,6 +74,8 @@ struct Beam {
     height_m: f64,
     fires_after: Span,
     ring: u16,
+    /// Whether it can meet the robot's own body.
+    near_body: bool,
 }
 
 /// What surrounds the lidar while it turns.
@@ -72,15 +89,25 @@ impl Lidar {
     pub(crate) fn new(spec: &LidarSpec, period: Span, base_from_lidar: Pose, stream: Stream) -> Self {
         let pulse = &spec.model.pulse;
         let footprint = footprint(spec.sub_rays, pulse.divergence_mrad, pulse.edge_ratio);
+        let body = Body::go1();
         let off = |ray: &SubRay| ray.across_rad.hypot(ray.up_rad);
         Lidar {
             width_rad: 2.0 * footprint.iter().map(off).fold(0.0, f64::max),
             looks_behind: spec.sub_rays > 1 || matches!(spec.returns, EchoChoice::Last | EchoChoice::Dual),
+            packet_cycles: match spec.wire() {
+                Wire::Vlp16(mode) => mode.cycles_per_packet() as i64,
+                // Ouster's legacy packets hold sixteen columns; a plain lidar is taken to be like a VLP-16.
+                Wire::Ouster(_) => 16,
+                Wire::Plain => 24,
+            },
+            air: Air::new(&WeatherSpec::default(), pulse.length_m),
+            faults: Vec::new(),
             wire: spec.wire(),
             period,
             base_from_lidar,
             schedule: Schedule::new(&spec.model, spec.columns, period),
-            beams: beams_of(&spec.model),
+            beams: beams_of(&spec.model, &base_from_lidar, &body),
+            body,
             footprint,
             threshold: 0.1 / (spec.reach_m * spec.reach_m),
             noise: stream,
@@ -88,6 +115,19 @@ impl Lidar {
             scratch: Mutex::new(Vec::new()),
             spec: spec.clone(),
         }
+    }
+
+    /// The same lidar in some weather, with faults to come.
+    pub(crate) fn under(mut self, weather: &WeatherSpec, faults: &[FaultSpec]) -> Self {
+        self.air = Air::new(weather, self.spec.model.pulse.length_m);
+        self.faults = faults.to_vec();
+        self.wire = wire_under(&self.spec, faults);
+        self
+    }
+
+    /// Whether a lost packet leaves a gap: the frames of an Ouster sensor hold misses instead.
+    fn leaves_gaps(&self) -> bool {
+        !matches!(self.wire, Wire::Ouster(_))
     }
 
     pub(crate) fn period(&self) -> Span {
@@ -98,13 +138,25 @@ impl Lidar {
     pub(crate) fn sweep(&mut self, end: Time, around: Surroundings<'_>) -> (Sweep, Vec<Label>) {
         let cycles = self.schedule.cycles(end);
         self.fire(cycles.clone(), around);
+        let mut answers = std::mem::take(&mut self.answers);
+        self.spoil(&cycles, &mut answers);
+        self.answers = answers;
         let start = self.schedule.start(cycles.start);
+        let (offset, gaps) = (self.clock_offset(end), self.leaves_gaps());
         let rings = self.beams.len() as u16;
-        let mut sweep = Sweep { start, end, rings, returns: Vec::with_capacity(self.answers.len()) };
+        let mut sweep = Sweep {
+            start: start + offset,
+            end: end + offset,
+            rings,
+            returns: Vec::with_capacity(self.answers.len()),
+        };
         let mut labels = Vec::with_capacity(self.answers.len());
         for answer in self.answers.iter().filter(|answer| cycles.contains(&answer.cycle)) {
+            if answer.dropped && gaps {
+                continue;
+            }
             for (mut one, label) in answer.given.into_iter().flatten() {
-                one.fired_after = answer.stamp - start;
+                one.fired_after = self.said_after(answer.stamp, answer.stamp - start);
                 sweep.returns.push(one);
                 labels.push(label);
             }
@@ -153,7 +205,9 @@ impl Lidar {
     }
 }
 
-fn beams_of(model: &LidarModel) -> Vec<Beam> {
+fn beams_of(model: &LidarModel, base_from_lidar: &Pose, body: &Body) -> Vec<Beam> {
+    // The footprint's rays look a little lower than their beam.
+    let margin_rad = 0.01 + base_from_lidar.rotation.angle_to(&flat(base_from_lidar));
     let beams = &model.beams;
     let higher =
         |a: usize, b: usize| beams.elevation_deg[a].total_cmp(&beams.elevation_deg[b]).then(b.cmp(&a));
@@ -169,10 +223,27 @@ fn beams_of(model: &LidarModel) -> Vec<Beam> {
                 azimuth_rad: beams.azimuth_deg[beam].to_radians(),
                 height_m: beams.height_m[beam],
                 fires_after: Span::from_nanos(beams.fires_after_ns[beam]),
+                near_body: body.is_near(
+                    &(base_from_lidar * Point3::new(0.0, 0.0, beams.height_m[beam])),
+                    (elevation_rad - margin_rad).max(-1.5),
+                ),
                 ring: (0..count).filter(|other| higher(beam, *other).is_gt()).count() as u16,
             }
         })
         .collect()
+}
+
+/// The turn about the vertical that is in a mount.
+fn flat(base_from_lidar: &Pose) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&nalgebra::Vector3::z_axis(), arborloop_base::yaw_of(base_from_lidar))
+}
+
+/// How a lidar speaks when these faults are to be recorded: packets and frames have no word for frozen stamps.
+pub(crate) fn wire_under(spec: &LidarSpec, faults: &[FaultSpec]) -> Wire {
+    if faults.iter().any(|fault| matches!(fault, FaultSpec::FrozenStamps { .. })) {
+        return Wire::Plain;
+    }
+    spec.wire()
 }
 
 /// How a lidar speaks.

@@ -9,6 +9,7 @@ pub(crate) struct Motion {
     tick: Span,
     first: Time,
     poses: VecDeque<Pose>,
+    joint_angles_rad: VecDeque<[f64; 12]>,
     kept: usize,
 }
 
@@ -24,16 +25,36 @@ impl Motion {
     /// Begins with the pose at `now` and keeps `kept` of time.
     pub(crate) fn new(now: Time, pose: Pose, tick: Span, kept: Span) -> Self {
         let kept = (kept.nanos() / tick.nanos()) as usize + 2;
-        Motion { tick, first: now, poses: VecDeque::from([pose]), kept }
+        Motion {
+            tick,
+            first: now,
+            poses: VecDeque::from([pose]),
+            joint_angles_rad: VecDeque::from([[0.0; 12]]),
+            kept,
+        }
     }
 
-    /// The pose one tick later.
-    pub(crate) fn push(&mut self, pose: Pose) {
+    /// The pose and the joints' angles one tick later.
+    pub(crate) fn push_body(&mut self, pose: Pose, joint_angles_rad: [f64; 12]) {
         self.poses.push_back(pose);
+        self.joint_angles_rad.push_back(joint_angles_rad);
         if self.poses.len() > self.kept {
             self.poses.pop_front();
+            self.joint_angles_rad.pop_front();
             self.first += self.tick;
         }
+    }
+
+    /// A pose of a body without legs.
+    #[cfg(test)]
+    pub(crate) fn push(&mut self, pose: Pose) {
+        self.push_body(pose, [0.0; 12]);
+    }
+
+    /// The joints' angles at the tick before an instant, radians; the nearest kept ones outside.
+    pub(crate) fn joint_angles_rad(&self, stamp: Time) -> [f64; 12] {
+        let after = (stamp - self.first).nanos().max(0) / self.tick.nanos();
+        self.joint_angles_rad[(after as usize).min(self.joint_angles_rad.len() - 1)]
     }
 
     /// The tick that holds an instant, and how far into it the instant is, in [0, 1]; the nearest kept one outside.

@@ -2,15 +2,20 @@
 
 use super::cast::{Scratch, Shot};
 use super::echo::{self, Echo};
-use super::model::{EchoChoice, WireForm};
+use super::model::EchoChoice;
 use super::{Beam, Lidar};
-use arborloop_base::{Draws, Label, Return, Span, Time, wrap_angle};
+use arborloop_base::{Draws, Label, Return, Span, Time, Wire, wrap_angle};
 
 /// Returns of one firing, a miss included.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Answer {
     pub(super) cycle: i64,
+    pub(super) beam: usize,
     pub(super) stamp: Time,
+    /// Its packet got lost.
+    pub(super) dropped: bool,
+    /// Ranges along the beam as measured, meters; of misses 0.
+    pub(super) along_m: [f64; 2],
     /// Nearest first; `fired_after` is for the sweep to say.
     pub(super) given: [Option<(Return, Label)>; 2],
 }
@@ -26,7 +31,14 @@ pub(super) enum Fate {
 
 impl Answer {
     pub(super) fn none() -> Self {
-        Answer { cycle: i64::MIN, stamp: Time::default(), given: [None; 2] }
+        Answer {
+            cycle: i64::MIN,
+            beam: 0,
+            stamp: Time::default(),
+            dropped: false,
+            along_m: [0.0; 2],
+            given: [None; 2],
+        }
     }
 }
 
@@ -39,11 +51,12 @@ impl Lidar {
         let Scratch { surfaces, echoes, .. } = scratch;
         echo::form(&mut surfaces[number], self.spec.model.pulse.length_m, self.width_rad, echoes);
         let chosen = self.choose(echoes);
-        let mut given = [None; 2];
+        let (mut given, mut along_m) = ([None; 2], [0.0; 2]);
         for (number, index) in chosen.into_iter().flatten().enumerate() {
             let echo = &echoes[index];
             let Some(along_beam_m) = self.measure(shot, echo, number) else { continue };
-            given[number] = Some((self.point(shot, along_beam_m, echo), echo.label));
+            given[number] = Some((self.point(shot, along_beam_m, byte(echo.brightness)), echo.label));
+            along_m[number] = along_beam_m;
         }
         // Noise may change places; two ranges that the wire cannot tell apart are one return.
         if let [Some((near, _)), Some((far, _))] = &given {
@@ -53,10 +66,12 @@ impl Lidar {
                 given[1] = None;
             } else if gap_m < 0.0 {
                 given.swap(0, 1);
+                along_m.swap(0, 1);
             }
         }
         if given[0].is_none() {
             given.swap(0, 1);
+            along_m.swap(0, 1);
         }
         if given[0].is_none() {
             given[0] =
@@ -67,7 +82,7 @@ impl Lidar {
                 one.number = number as u8;
             }
         }
-        Answer { cycle: shot.cycle, stamp: shot.stamp, given }
+        Answer { cycle: shot.cycle, beam: shot.beam, stamp: shot.stamp, dropped: false, along_m, given }
     }
 
     /// Whether the sensor sees an echo at all.
@@ -112,7 +127,7 @@ impl Lidar {
         let kept = !draws.chance(self.spec.dropout_ratio);
         let along_beam_m = (echo.range_m + noise_m).max(SHORTEST_M);
         let step_m = self.spec.model.range.range_step_m;
-        let rounded = self.spec.model.wire == WireForm::Plain && step_m > 0.0;
+        let rounded = matches!(self.wire, Wire::Plain) && step_m > 0.0;
         kept.then(|| if rounded { (along_beam_m / step_m).round().max(1.0) * step_m } else { along_beam_m })
     }
 
@@ -128,7 +143,7 @@ impl Lidar {
     }
 
     /// The point of an echo, in polar coordinates of the lidar's center.
-    fn point(&self, shot: &Shot, along_beam_m: f64, echo: &Echo) -> Return {
+    pub(super) fn point(&self, shot: &Shot, along_beam_m: f64, intensity: f32) -> Return {
         let beam = &self.beams[shot.beam];
         let azimuth_rad = self.said_azimuth_rad(shot);
         let (horizontal, up) = (along_beam_m * beam.cos, along_beam_m * beam.sin + beam.height_m);
@@ -147,11 +162,11 @@ impl Lidar {
             ring: beam.ring,
             number: 0,
             fired_after: Span::default(),
-            intensity: byte(echo.brightness),
+            intensity,
         }
     }
 
-    fn miss(&self, shot: &Shot) -> Return {
+    pub(super) fn miss(&self, shot: &Shot) -> Return {
         let Beam { elevation_rad, ring, .. } = self.beams[shot.beam];
         Return {
             azimuth_rad: self.said_azimuth_rad(shot),
@@ -167,7 +182,7 @@ impl Lidar {
     /// The beam's bearing as the encoder says it.
     fn said_azimuth_rad(&self, shot: &Shot) -> f64 {
         let step_rad = self.spec.model.turn.azimuth_step_deg.to_radians();
-        if self.spec.model.wire == WireForm::Plain && step_rad > 0.0 {
+        if matches!(self.wire, Wire::Plain) && step_rad > 0.0 {
             return wrap_angle((shot.azimuth_rad / step_rad).round() * step_rad);
         }
         wrap_angle(shot.azimuth_rad)

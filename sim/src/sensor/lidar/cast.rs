@@ -1,6 +1,6 @@
 //! Rays of a block of firing cycles: what the footprint of every firing meets, and what lies behind leaves.
 
-use super::{Lidar, Surroundings};
+use super::{Beam, Lidar, Surroundings};
 use crate::optics::{Hit, Ray};
 use arborloop_base::{Draws, Time};
 use nalgebra::{Point3, Vector3};
@@ -21,6 +21,8 @@ pub(super) struct Scratch {
     pub(super) surfaces: Vec<Vec<Surface>>,
     pub(super) echoes: Vec<super::echo::Echo>,
     rays: Vec<Ray>,
+    /// What each ray of the footprint meets of the robot's own body.
+    bodies: Vec<Option<Hit>>,
     hits: Vec<Option<Hit>>,
     owners: Vec<Owner>,
     next_rays: Vec<Ray>,
@@ -70,6 +72,7 @@ impl Lidar {
     pub(super) fn cast(&self, cycles: Range<i64>, around: Surroundings<'_>, scratch: &mut Scratch) {
         scratch.shots.clear();
         scratch.rays.clear();
+        scratch.bodies.clear();
         scratch.owners.clear();
         for beam in 0..self.beams.len() {
             let first = scratch.shots.len();
@@ -79,7 +82,7 @@ impl Lidar {
             }
             // The middle rays of this laser stand first; the rings of the footprint follow, ray by ray.
             let shots = first..scratch.shots.len();
-            self.widen(shots, scratch);
+            self.widen(shots, around, scratch);
         }
         let shots = scratch.shots.len();
         if scratch.surfaces.len() < shots {
@@ -104,7 +107,7 @@ impl Lidar {
         let (sin_azimuth, cos_azimuth) = arborloop_base::wrap_angle(shot.azimuth_rad).sin_cos();
         let (moment, share) = around.motion.moment(shot.stamp);
         let world_from_lidar = moment.pose(share) * self.base_from_lidar;
-        scratch.rays.push(Ray {
+        let mut ray = Ray {
             stamp: shot.stamp,
             origin: world_from_lidar * self.exit(&shot),
             direction: world_from_lidar
@@ -112,7 +115,9 @@ impl Lidar {
             range_m_min: 0.0,
             range_m_max: self.spec.range_m_max,
             depth: shot.draws.exponential(),
-        });
+        };
+        scratch.bodies.push(self.stop_at_body(beam, &mut ray, around));
+        scratch.rays.push(ray);
         let share = self.footprint[0].share;
         scratch.owners.push(Owner { shot: scratch.shots.len(), sub_ray: 0, layer: 0, share });
         scratch.shots.push(shot);
@@ -130,7 +135,7 @@ impl Lidar {
     }
 
     /// The other rays of the footprint: the middle ones turned by small angles, in the world.
-    fn widen(&self, shots: Range<usize>, scratch: &mut Scratch) {
+    fn widen(&self, shots: Range<usize>, around: Surroundings<'_>, scratch: &mut Scratch) {
         let middle = scratch.rays.len() - shots.len();
         for (sub_ray, off) in self.footprint.iter().enumerate().skip(1) {
             let chance = self.noise.child(SUB_RAYS + sub_ray as u64);
@@ -142,14 +147,31 @@ impl Lidar {
                 let left = left.try_normalize(1e-9).unwrap_or_else(Vector3::x);
                 let up = along.cross(&left);
                 let direction = along + left * off.across_rad.tan() + up * off.up_rad.tan();
-                scratch.rays.push(Ray {
+                let mut ray = Ray {
                     direction: direction.normalize(),
                     depth: chance.at(scratch.shots[shot].index).exponential(),
+                    range_m_max: self.spec.range_m_max,
                     ..ray
-                });
+                };
+                let beam = &self.beams[scratch.shots[shot].beam];
+                scratch.bodies.push(self.stop_at_body(beam, &mut ray, around));
+                scratch.rays.push(ray);
                 scratch.owners.push(Owner { shot, sub_ray: sub_ray as u16, layer: 0, share: off.share });
             }
         }
+    }
+
+    /// What a ray meets of the robot's own body; nothing behind it counts.
+    fn stop_at_body(&self, beam: &Beam, ray: &mut Ray, around: Surroundings<'_>) -> Option<Hit> {
+        if !beam.near_body {
+            return None;
+        }
+        let (moment, share) = around.motion.moment(ray.stamp);
+        let base_from_world = moment.pose(share).inverse();
+        let (origin, direction) = (base_from_world * ray.origin, base_from_world * ray.direction);
+        let hit = self.body.cast(&origin, &direction, &around.motion.joint_angles_rad(ray.stamp))?;
+        ray.range_m_max = ray.range_m_max.min(hit.range_m);
+        Some(hit)
     }
 
     /// Casts, and casts again behind surfaces that let light through where the answer can depend on it.
@@ -158,13 +180,17 @@ impl Lidar {
             around.optics.cast_all(&scratch.rays, &mut scratch.hits);
             scratch.next_rays.clear();
             scratch.next_owners.clear();
-            for ((ray, owner), hit) in scratch.rays.iter().zip(&scratch.owners).zip(&scratch.hits) {
-                let Some(hit) = *hit else { continue };
+            for (number, (ray, owner)) in scratch.rays.iter().zip(&scratch.owners).enumerate() {
+                let body = if layer == 0 { scratch.bodies[number] } else { None };
+                let Some(hit) = scratch.hits[number].or(body) else { continue };
+                let shot = &scratch.shots[owner.shot];
+                let window =
+                    if self.faults.is_empty() { 1.0 } else { self.window_left(shot.stamp, shot.azimuth_rad) };
                 scratch.surfaces[owner.shot].push(Surface {
                     hit,
                     sub_ray: owner.sub_ray,
                     layer: owner.layer,
-                    share: owner.share,
+                    share: owner.share * self.air.left(hit.range_m) * window,
                 });
                 let share = owner.share * hit.transmittance_ratio;
                 let left = ray.range_m_max - hit.range_m - BEHIND_M;
@@ -184,9 +210,28 @@ impl Lidar {
                 break;
             }
         }
+        if !self.air.is_clear() {
+            self.see_air(scratch);
+        }
+    }
+
+    /// What comes back of the air before the first surface that the middle ray met.
+    fn see_air(&self, scratch: &mut Scratch) {
+        let chance = self.noise.child(AIR);
+        for (shot, surfaces) in scratch.shots.iter().zip(&mut scratch.surfaces) {
+            let middle = surfaces.iter().filter(|surface| surface.sub_ray == 0);
+            let far_m = middle.map(|surface| surface.hit.range_m).fold(self.spec.range_m_max, f64::min);
+            let soft = self.air.soft_target(far_m, chance.at(shot.index));
+            surfaces.extend(soft.map(|soft| Surface {
+                share: soft.share * self.window_left(shot.stamp, shot.azimuth_rad),
+                ..soft
+            }));
+        }
     }
 }
 
-/// Addresses of chance below the lidar's: optical depths of the footprint's other rays, and behind surfaces.
+/// Addresses of chance below the lidar's, which also has some in `answer` and `fault`: optical depths of the footprint's other rays, and behind surfaces.
 const SUB_RAYS: u64 = 1000;
 const LAYERS: u64 = 2000;
+/// What comes back of the air.
+const AIR: u64 = 5000;

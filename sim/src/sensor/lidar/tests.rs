@@ -1,3 +1,9 @@
+mod echoes;
+mod faults;
+mod models;
+mod scene;
+mod weather;
+
 use super::*;
 use arborloop_base::Seed;
 use arborloop_base::vlp16::{self, CYCLE_STEP, LASER_STEP, LASERS};
@@ -114,4 +120,70 @@ fn range_noise_and_dropout_follow_their_laws() {
     let law = 0.02_f64.powi(2) + 0.002_f64.powi(2) / 12.0;
     assert!(mean.abs() < 4.0 * (law / n).sqrt());
     assert!((variance - law).abs() < 4.0 * law * (2.0 / n).sqrt());
+}
+
+#[test]
+fn an_os1s_columns_fire_all_beams_at_once_where_its_table_says() {
+    let spec = LidarSpec {
+        dropout_ratio: 0.0,
+        range_noise_m: 0.0,
+        ..LidarSpec::of(LidarModel::embedded("os1-16").unwrap())
+    };
+    let mount = Pose::translation(0.0, 0.0, 0.16);
+    let mut lidar = Lidar::new(&spec, Span::from_millis(100), mount, Seed(1).stream("lidar"));
+    let (motion, _) = moving();
+    let optics = level_ground();
+    for turn in 1..=3 {
+        let end = Time::SIMULATION_START + Span::from_millis(100) * turn;
+        let (sweep, _) = lidar.sweep(end, Surroundings { motion: &motion, optics: &optics });
+        assert_eq!((sweep.start, sweep.end, sweep.rings), (end + Span::from_millis(-100), end, 16));
+        assert_eq!(sweep.returns.len(), 16 * 1024);
+        for (n, one) in sweep.returns.iter().enumerate() {
+            let (column, beam) = (n / 16, n % 16);
+            assert_eq!(one.fired_after.nanos(), column as i64 * 100_000_000 / 1024);
+            assert_eq!(one.ring, 15 - beam as u16);
+            let azimuth_rad = std::f64::consts::PI
+                - TAU * column as f64 / 1024.0
+                - spec.model.beams.azimuth_deg[beam].to_radians();
+            let elevation_rad = spec.model.beams.elevation_deg[beam].to_radians();
+            // The beams leave the sensor 16 mm off its axis, which turns a point's bearing by that over its range.
+            let bound = one.range_m.map_or(1e-9, |range_m| 0.016 / range_m);
+            assert!(arborloop_base::wrap_angle(one.azimuth_rad - azimuth_rad).abs() <= bound, "{one:?}");
+            assert!((one.elevation_rad - elevation_rad).abs() <= bound, "{one:?}");
+        }
+    }
+}
+
+#[test]
+fn an_os1s_sweep_and_footprints_put_back_with_true_poses_restore_the_ground() {
+    let mount = Pose::translation(0.0, 0.0, 0.16);
+    let (motion, pose) = moving();
+    let optics = level_ground();
+    for (name, sub_rays) in [("os1-16", 1), ("os1-16", 7), ("vlp16", 5)] {
+        let spec = LidarSpec {
+            dropout_ratio: 0.0,
+            range_noise_m: 0.0,
+            sub_rays,
+            ..LidarSpec::of(LidarModel::embedded(name).unwrap())
+        };
+        let mut lidar = Lidar::new(&spec, Span::from_millis(100), mount, Seed(1).stream("lidar"));
+        let end = Time::SIMULATION_START + Span::from_millis(300);
+        let (sweep, _) = lidar.sweep(end, Surroundings { motion: &motion, optics: &optics });
+        let mut ground = 0;
+        for one in &sweep.returns {
+            let Some(point) = one.point() else { continue };
+            let height_m = (pose(sweep.start + one.fired_after) * mount * point).z;
+            // Half a wire's step along the beam; of the VLP-16 1.5 steps of azimuth; a footprint's mean stays within it.
+            let wire =
+                if name == "vlp16" { 0.001 + 1.5 * TAU / 36_000.0 * one.range_m.unwrap() } else { 0.0005 };
+            let half_rad = if sub_rays == 1 { 0.0 } else { 0.5 * lidar.width_rad };
+            let bound = wire + half_rad * one.range_m.unwrap() + 1e-4;
+            assert!(
+                height_m.abs() < bound,
+                "{name}, {sub_rays} rays: {height_m} m above the plane at {one:?}"
+            );
+            ground += 1;
+        }
+        assert!(ground > 5_000, "{name}: {ground}");
+    }
 }
