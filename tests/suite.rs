@@ -10,5 +10,6 @@ mod dataset;
 mod degraded;
 mod determinism;
 mod real_data;
+mod real_lidars;
 mod scenario;
 mod wind;
