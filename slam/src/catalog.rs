@@ -1,5 +1,9 @@
 //! Systems by name, with settings from any serde source.
 
+use crate::aloam::Aloam;
+use crate::aloam::settings::AloamSettings;
+use crate::icp2d::Icp2d;
+use crate::icp2d::settings::Icp2dSettings;
 use crate::mhd::Mhd;
 use crate::mhd::settings::MhdSettings;
 use crate::paper::MhdPaper;
@@ -11,7 +15,7 @@ use serde::Deserialize;
 use serde::de::Error as _;
 
 /// The names that [`build`] knows, best first.
-pub const NAMES: &[&str] = &["mhd", "mhd-paper", "still"];
+pub const NAMES: &[&str] = &["mhd", "mhd-paper", "aloam", "icp2d", "still"];
 
 /// Why no system could be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -51,6 +55,16 @@ pub fn build<'de, D: serde::Deserializer<'de>>(
             settings.check().map_err(refuse)?;
             Ok(Box::new(MhdPaper::new(settings, rig)))
         }
+        "aloam" => {
+            let settings = AloamSettings::deserialize(settings).map_err(BuildError::Settings)?;
+            settings.check().map_err(refuse)?;
+            Ok(Box::new(Aloam::new(settings, rig)))
+        }
+        "icp2d" => {
+            let settings = Icp2dSettings::deserialize(settings).map_err(BuildError::Settings)?;
+            settings.check().map_err(refuse)?;
+            Ok(Box::new(Icp2d::new(settings, rig)))
+        }
         "still" => {
             StillSettings::deserialize(settings).map_err(BuildError::Settings)?;
             Ok(Box::new(Still))
@@ -64,6 +78,8 @@ pub fn build_default(name: &str, rig: &Rig) -> Option<Box<dyn Slam>> {
     match name {
         "mhd" => Some(Box::new(Mhd::new(MhdSettings::default(), rig))),
         "mhd-paper" => Some(Box::new(MhdPaper::new(MhdPaperSettings::default(), rig))),
+        "aloam" => Some(Box::new(Aloam::new(AloamSettings::default(), rig))),
+        "icp2d" => Some(Box::new(Icp2d::new(Icp2dSettings::default(), rig))),
         "still" => Some(Box::new(Still)),
         _ => None,
     }
@@ -93,10 +109,11 @@ mod tests {
         for name in NAMES {
             assert!(built(name, "wheel_m = 1.0").unwrap_err().contains("wheel_m"));
         }
-        for name in ["mhd", "mhd-paper"] {
+        for name in ["mhd", "mhd-paper", "icp2d"] {
             assert!(built(name, "cell_m = 0.0").unwrap_err().contains("cell_m"));
             assert!(built(name, "cell_m = nan").unwrap_err().contains("cell_m"));
             assert!(built(name, "cell_m = \"wide\"").is_err());
         }
+        assert!(built("aloam", "edge_voxel_m = -0.2").unwrap_err().contains("edge_voxel_m"));
     }
 }

@@ -7,6 +7,7 @@ mod chart;
 mod compact;
 mod features;
 mod field;
+mod front;
 mod ground;
 mod hits;
 mod layers;
@@ -19,10 +20,9 @@ mod upright;
 use crate::rig::Rig;
 use arborloop_base::{Cell, Estimate, Grid, Health, Observation, Slam, Sweep, Time, spatial};
 use chart::Chart;
-use features::View;
+pub(crate) use features::View;
 use field::Field;
-use hits::Hits;
-use layers::Slicer;
+pub(crate) use front::FrontEnd;
 use motion::Motion;
 use nalgebra::{Matrix6, Vector3};
 use refine::{Match, Refine};
@@ -43,10 +43,7 @@ const LOST_AFTER: usize = 10;
 /// The system; see the module.
 pub(crate) struct Mhd {
     settings: MhdSettings,
-    rig: Rig,
-    hits: Hits,
-    is_planar: bool,
-    slicer: Slicer,
+    front_end: FrontEnd,
     view: View,
     chart: Chart,
     field: Field,
@@ -64,11 +61,8 @@ impl Mhd {
         let chart = Chart::new(settings.cell_m, settings.layers());
         let field = Field::new(settings.cell_m, settings.distance_m_max, settings.layers());
         Mhd {
+            front_end: FrontEnd::with(settings.clone(), rig),
             settings,
-            rig: *rig,
-            hits: Hits::default(),
-            is_planar: false,
-            slicer: Slicer::default(),
             view: View::default(),
             chart,
             field,
@@ -82,7 +76,7 @@ impl Mhd {
     }
 
     fn sweep(&mut self, sweep: &Sweep) -> Estimate {
-        self.look(sweep);
+        self.front_end.look(sweep, &mut self.view);
         let duration_s = (sweep.end - sweep.start).seconds().max(0.0);
         let middle = sweep.start + (sweep.end - sweep.start) / 2;
         let stamp = if duration_s > 0.0 { middle } else { sweep.end };
@@ -121,19 +115,6 @@ impl Mhd {
             _ => Health::Degraded,
         };
         answer(sweep.end, &found.motion, Some(&found), health)
-    }
-
-    /// Fills the view from a sweep.
-    fn look(&mut self, sweep: &Sweep) {
-        self.view.clear();
-        self.hits.read(sweep, &self.rig, self.settings.range_m_min);
-        let lidar_m = self.rig.base_from_lidar.translation.vector;
-        self.is_planar = sweep.rings <= 1;
-        if self.is_planar {
-            compact::view_of(&mut self.hits, lidar_m.xy(), &self.settings, &mut self.view);
-        } else {
-            self.slicer.view_of(&self.hits, sweep.rings, lidar_m, &self.settings, &mut self.view);
-        }
     }
 
     /// The best match around the prediction, or anywhere near it when that is poor or the pause was long.
@@ -205,12 +186,7 @@ impl Mhd {
     }
 
     fn draw(&mut self, motion: &Motion) {
-        let lidar_m = self.rig.base_from_lidar.translation.vector;
-        if self.is_planar {
-            compact::clear(&self.hits, lidar_m.xy(), &self.settings, &mut self.view);
-        } else {
-            self.slicer.clear(&self.hits, &self.settings, &mut self.view);
-        }
+        self.front_end.clear(&mut self.view);
         self.chart.draw(motion, &self.view.features, &self.view.clearings);
         self.field.follow(&mut self.chart);
         self.drawn = Some(*motion);

@@ -76,6 +76,14 @@ fn mhd_follows_a_walk_past_posts_to_half_a_cell_with_rolling_sweeps() {
 }
 
 #[test]
+fn icp2d_follows_a_walk_past_posts_to_a_cell() {
+    let (sweeps, poses) = scans(0.0);
+    let (position_m, heading_rad) = apart(&run("icp2d", sweeps), &poses);
+    // Cells are 0.1 m and the posts stand 4 m away and more.
+    assert!(position_m < 0.1 && heading_rad < 0.1 / 4.0, "{position_m} m, {heading_rad} rad");
+}
+
+#[test]
 fn mhd_paper_follows_a_walk_past_posts_to_the_thickness_of_its_obstacles() {
     // The cadence that its noises are made for: a scan every 4.5 s and 0.27 m.
     let grove = Grove::new();
@@ -198,7 +206,7 @@ fn ground_alone_is_no_landmark() {
 #[test]
 fn absurd_stamps_and_odometry_leave_the_estimates_finite() {
     let grove = Grove::new();
-    for name in SYSTEMS {
+    for name in NAMES {
         let mut slam = build_default(name, &Rig::default()).unwrap();
         let nanos = [0, 1, 2, 3, -5, 3, i64::from(u32::MAX) * 1_000_000_000, 4];
         for (n, nanos) in nanos.into_iter().enumerate() {
