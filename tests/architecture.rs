@@ -16,7 +16,10 @@ const IMPORTS: &[(&str, &[&str])] = &[
 
 /// Foreign things and the only files of our libraries that may name them.
 const DOORS: &[(&str, &[&str])] = &[
-    ("rapier3d_f64", &["sim/src/axes.rs", "sim/src/physics.rs"]),
+    (
+        "rapier3d_f64",
+        &["sim/src/axes.rs", "sim/src/physics.rs", "sim/src/physics/plant.rs", "sim/src/physics/soil.rs"],
+    ),
     ("urdf_rs", &["robots/src/description.rs"]),
     ("cdr_encoding", &["eval/src/dataset/cdr.rs"]),
     ("mcap::", &["eval/src/dataset/bag.rs", "eval/src/dataset/mcap_file.rs"]),

@@ -119,7 +119,7 @@ pub(crate) fn verdict_lines(session: &Session) -> Vec<String> {
         .map(|simulated| {
             let outcome = &simulated.outcome;
             format!(
-                "{:?} after {:.1} s and {:.1} m of the route, {} contact(s)",
+                "{} after {:.1} s and {:.1} m of the route, {} contact(s)",
                 outcome.end,
                 outcome.duration.seconds(),
                 outcome.progress.distance_m,

@@ -1,4 +1,4 @@
-//! The gait seam: what moves a trunk, whether by kinematics (the trot here) or by a physics engine.
+//! The gait seam: what moves a trunk, whether by kinematics (the trot here) or by torques in a physics engine.
 
 mod legs;
 mod oscillator;
@@ -7,11 +7,13 @@ mod settings;
 mod shake;
 mod suspension;
 mod trot;
+mod walk;
 
-pub use settings::TrotSettings;
+pub use settings::{GaitMode, TrotSettings};
 pub use trot::KinematicTrot;
+pub use walk::{Body, BodyError, Motor, Sensed, WalkSettings, Walker};
 
-use arborloop_base::Pose;
+use arborloop_base::{Pose, Span};
 use nalgebra::{Point3, Vector3};
 
 /// The ground under a robot, world frame.
@@ -46,6 +48,49 @@ pub struct TrunkState {
     pub feet_world: [Point3<f64>; 4],
     /// Hip, thigh and calf angle of each leg in turn, in the order of [`crate::go1::JOINT_NAMES`], radians.
     pub joint_angles_rad: [f64; 12],
+    /// Forces and rates, from gaits that know them: physics does, kinematics does not.
+    pub loads: Option<Loads>,
+}
+
+/// What a body's joints and feet bear at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Loads {
+    /// Joint rates in the order of the angles, rad/s.
+    pub joint_rates_radps: [f64; 12],
+    /// Torques of the joints' motors in the same order, N m.
+    pub joint_torques_nm: [f64; 12],
+    /// Force of the ground on each foot, world axes, N.
+    pub foot_forces_n: [Vector3<f64>; 4],
+}
+
+/// Why a robot walks no more.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FallCause {
+    /// The trunk is tilted beyond recovery.
+    Tipped,
+    /// The trunk lies on the ground.
+    Collapsed,
+    /// The body's motion is not a number any more: the engine failed, not the robot.
+    NotFinite,
+}
+
+/// A fall: how long after the gait began, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fall {
+    /// Time from the gait's first tick.
+    pub after: Span,
+    /// Why.
+    pub cause: FallCause,
+}
+
+impl std::fmt::Display for FallCause {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            FallCause::Tipped => "the trunk tipped over",
+            FallCause::Collapsed => "the trunk came down on the ground",
+            FallCause::NotFinite => "the body's motion is not finite",
+        })
+    }
 }
 
 /// The gait seam: the kinematic trot fills it here, a physics gait elsewhere, and no sensor knows which.
@@ -55,4 +100,9 @@ pub trait TrunkMotion: Send {
 
     /// The state after the last tick.
     fn state(&self) -> &TrunkState;
+
+    /// The fall, once there was one: the state stays as it was then.
+    fn fall(&self) -> Option<Fall> {
+        None
+    }
 }

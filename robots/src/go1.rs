@@ -4,6 +4,8 @@
 //! between the hips. "go1.urdf" below is unitreerobotics/unitree_ros `robots/go1_description/urdf/go1.urdf`.
 
 use crate::description::Robot;
+use crate::gait::Motor;
+use crate::lump::Lump;
 use arborloop_base::Pose;
 use nalgebra::{Point3, Vector3};
 
@@ -56,6 +58,26 @@ pub const HIP_LIMITS_RAD: [f64; 2] = [-1.047, 1.047];
 pub const THIGH_LIMITS_RAD: [f64; 2] = [-0.663, 2.967];
 /// Lowest and highest calf angle, radians (go1.urdf).
 pub const CALF_LIMITS_RAD: [f64; 2] = [-2.723, -0.838];
+
+/// Hip, thigh and calf angle when standing with the trunk 0.28 m above the ground, radians; with 0 the feet are below
+/// the thighs.
+pub const STANDING_RAD: [f64; 3] = [0.0, 0.914, -1.829];
+/// Hip, thigh and knee motors: torque and speed limits (mujocolab/mjlab `go1_constants.py`), rotor inertia of
+/// 1.11842e-4 kg m2 through gears of 6, 6 and 9 (the same file).
+pub const MOTORS: [Motor; 3] = [
+    Motor { torque_nm_max: 23.7, speed_radps_max: 30.1, rotor_kgm2: 0.004_026_3 },
+    Motor { torque_nm_max: 23.7, speed_radps_max: 30.1, rotor_kgm2: 0.004_026_3 },
+    Motor { torque_nm_max: 35.55, speed_radps_max: 20.06, rotor_kgm2: 0.009_059_2 },
+];
+
+/// What the Go1 carries on its back, base frame: the lidar, and its bracket between it and the trunk.
+pub fn payload() -> Lump {
+    let lidar =
+        Lump::cuboid(LIDAR_KG, Point3::new(0.0, 0.0, LIDAR_Z_M), Vector3::new(0.1033, 0.1033, 0.0717));
+    let (top, bottom) = (LIDAR_Z_M - 0.0717 / 2.0, TRUNK_SIZE_M[2] / 2.0);
+    let middle = Point3::new(0.0, 0.0, (top + bottom) / 2.0);
+    lidar.plus(&Lump::cuboid(BRACKET_KG, middle, Vector3::new(0.12, 0.12, top - bottom)))
+}
 
 /// The Go1 of `models/go1.urdf`, as published in this crate.
 ///

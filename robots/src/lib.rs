@@ -6,10 +6,15 @@ pub mod description;
 pub mod follow;
 pub mod gait;
 pub mod go1;
+mod lump;
 mod setting;
 
 pub use description::{Joint, JointKind, JointLimits, Link, Robot, RobotError};
 pub use follow::{Follower, FollowerSettings, Progress, Route};
-pub use gait::{Command, Ground, KinematicTrot, TrotSettings, TrunkMotion, TrunkState};
+pub use gait::{
+    Body, BodyError, Command, Fall, FallCause, GaitMode, Ground, KinematicTrot, Loads, Motor, Sensed,
+    TrotSettings, TrunkMotion, TrunkState, WalkSettings, Walker,
+};
 pub use go1::{BodyShape, go1};
+pub use lump::Lump;
 pub use setting::SettingError;

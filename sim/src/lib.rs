@@ -6,6 +6,7 @@
 
 mod axes;
 pub mod document;
+mod gait;
 pub mod optics;
 mod physics;
 mod run;
@@ -14,6 +15,7 @@ pub mod sensor;
 mod simulator;
 
 pub use document::{Document, Refusal};
+pub use physics::PhysicsGait;
 pub use run::{ContactEvent, Driver, End, Outcome, System, run};
 pub use scenario::Scenario;
 pub use simulator::Simulator;

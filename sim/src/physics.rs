@@ -1,6 +1,13 @@
 //! What a body touches: the robot's parts against cones and trunks, in rapier. Leaves and grass stop no robot.
 //!
-//! The gait of this crate's robots is kinematic, so rapier moves nothing here: it finds contacts, once a tick.
+//! A kinematic gait moves the body, so rapier only finds contacts here, once a tick. Where physics moves the body,
+//! [`PhysicsGait`] has an engine of its own, and what is touched pushes back.
+
+mod legged;
+mod plant;
+mod soil;
+
+pub use legged::PhysicsGait;
 
 use crate::axes::{point_to_engine, to_engine};
 use arborloop_base::{Class, Contact, Pose};
@@ -15,7 +22,8 @@ use std::collections::BTreeSet;
 /// Corners of the polygon around a round solid; it stays inside the circle by 2 % of the radius at the most.
 const CORNERS: usize = 16;
 
-pub(crate) struct Physics {
+/// Finds what a body that something else moves touches.
+pub(crate) struct Touch {
     engine: PhysicsWorld,
     parts: Vec<Part>,
 }
@@ -33,7 +41,7 @@ enum Place {
     Foot(usize),
 }
 
-impl Physics {
+impl Touch {
     pub(crate) fn new(world: &World, state: &TrunkState, tick_s: f64) -> Self {
         let mut engine = PhysicsWorld::new();
         engine.integration_parameters.dt = tick_s;
@@ -60,7 +68,7 @@ impl Physics {
                 Part { name, body, collider, place }
             })
             .collect();
-        Physics { engine, parts }
+        Touch { engine, parts }
     }
 
     /// Puts the robot where its gait says, and tells what it touches there; sorted.

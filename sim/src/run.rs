@@ -5,7 +5,7 @@ use arborloop_base::{
     Contact, Estimate, Health, Observation, ObservationKind, Record, Sink, SinkError, Slam, Span, Time,
     planar,
 };
-use arborloop_robots::{Command, Follower, Progress, go1};
+use arborloop_robots::{Command, FallCause, Follower, Progress, go1};
 
 /// A system under test with the name that records and reports use.
 pub struct System {
@@ -35,8 +35,19 @@ pub enum End {
     TimeUp,
     /// The driving system was lost for too long.
     Lost,
+    /// The robot fell; how long after the run began is its duration.
+    Fell(FallCause),
     /// The caller asked to stop.
     Stopped,
+}
+
+impl std::fmt::Display for End {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            End::Fell(cause) => write!(f, "Fell ({cause})"),
+            End::Finished | End::TimeUp | End::Lost | End::Stopped => write!(f, "{self:?}"),
+        }
+    }
 }
 
 /// The robot began to touch something.
@@ -109,7 +120,10 @@ pub fn run(
                 }
             }
         }
-        if end == End::Stopped || watch.over(sim, &follower, &mut end) {
+        if let Some(fall) = sim.fall() {
+            end = End::Fell(fall.cause);
+        }
+        if matches!(end, End::Stopped | End::Fell(_)) || watch.over(sim, &follower, &mut end) {
             break;
         }
     }

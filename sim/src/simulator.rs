@@ -1,12 +1,12 @@
 //! World, robot and sensors on one clock: a tick in, what the sensors say out.
 
+use crate::gait::Gait;
 use crate::optics::Optics;
-use crate::physics::Physics;
 use crate::scenario::Scenario;
 use crate::sensor::{FiringStory, Gnss, InertialSensor, LegOdometry, Lidar, Motion, Surroundings};
 use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, spatial};
-use arborloop_robots::{Command, Follower, Ground, KinematicTrot, Robot, TrunkMotion, TrunkState, go1};
-use arborloop_worlds::{Terrain, World};
+use arborloop_robots::{Command, Fall, Follower, Robot, TrunkState, go1};
+use arborloop_worlds::World;
 use nalgebra::Translation3;
 use std::collections::VecDeque;
 
@@ -15,9 +15,8 @@ pub struct Simulator {
     scenario: Scenario,
     world: World,
     optics: Optics,
-    physics: Physics,
     robot: Robot,
-    gait: KinematicTrot,
+    gait: Gait,
     motion: Motion,
     lidar: Lidar,
     imu: Option<InertialSensor>,
@@ -31,22 +30,13 @@ pub struct Simulator {
     queued: VecDeque<(Time, Command)>,
 }
 
-/// The terrain as the robot's feet know it.
-struct Soil<'a>(&'a Terrain);
-
-impl Ground for Soil<'_> {
-    fn height_m(&self, x_m: f64, y_m: f64) -> f64 {
-        self.0.height_m(x_m, y_m)
-    }
-}
-
 impl Simulator {
     /// Grows the world and stands the robot on it. The scenario has passed its checks when it was read.
     pub fn new(scenario: &Scenario, seed: Seed) -> Self {
         let tick = scenario.tick();
         let world = arborloop_worlds::build(&scenario.world, seed);
         let start = scenario.start.pose();
-        let gait = KinematicTrot::new(scenario.gait.clone(), start, tick, &Soil(&world.terrain), seed);
+        let gait = Gait::new(&world, &scenario.gait, start, tick, seed);
         let state = gait.state();
         let robot = go1();
         let mount = |link: &str| robot.frame(link).expect("the embedded robots carry every sensor's frame");
@@ -55,7 +45,6 @@ impl Simulator {
         let start_height = state.world_from_base.translation.z;
         Simulator {
             optics: Optics::new(&world),
-            physics: Physics::new(&world, state, scenario.run.tick_s),
             // A turn is looked back on as a whole, plus the firing cycle that begins before it.
             motion: Motion::new(
                 Time::SIMULATION_START,
@@ -144,6 +133,11 @@ impl Simulator {
         self.gait.state()
     }
 
+    /// The robot's fall, once there was one.
+    pub fn fall(&self) -> Option<Fall> {
+        self.gait.fall()
+    }
+
     /// Truth of every return of the last sweep, in its order.
     pub fn labels(&self) -> &[Label] {
         &self.labels
@@ -198,9 +192,9 @@ impl Simulator {
         }
         let standing = self.now < Time::SIMULATION_START + Span::from_seconds(self.scenario.run.stand_s);
         let command = if standing { Command::default() } else { self.command };
-        let state = self.gait.advance(&command, &Soil(&self.world.terrain));
+        self.contacts = self.gait.advance(&command, &self.world.terrain);
+        let state = self.gait.state();
         self.motion.push_body(state.world_from_base, state.joint_angles_rad);
-        self.contacts = self.physics.step(state);
     }
 
     fn observe(&mut self) -> Vec<Observation> {

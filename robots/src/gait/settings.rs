@@ -1,12 +1,26 @@
 //! The trot's settings, each default with its source.
 
+use super::WalkSettings;
 use crate::setting::{SettingError, within};
 use serde::{Deserialize, Serialize};
 
-/// How the kinematic trot walks and shakes. Amplitudes are those at 0.5 m/s; they follow the speed.
+/// What moves the robot.
+#[derive(Serialize, Deserialize, Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum GaitMode {
+    /// A trot by kinematics: exact and fast, no forces.
+    #[default]
+    Kinematic,
+    /// Torques and contacts in the physics engine, kept upright by a controller.
+    Physics,
+}
+
+/// How a robot walks, and how the kinematic trot shakes. Amplitudes are those at 0.5 m/s; they follow the speed.
 #[derive(Serialize, Deserialize, Debug, Clone, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub struct TrotSettings {
+    /// What moves the robot.
+    pub mode: GaitMode,
     /// Time of one stride, seconds.
     pub period_s: f64,
     /// Share of the stride that a foot stands.
@@ -61,11 +75,14 @@ pub struct TrotSettings {
     pub suspension_damping_ratio: f64,
     /// Time constant of the low-pass on the plane through the footholds, seconds.
     pub plane_lag_s: f64,
+    /// How the robot balances where physics moves it.
+    pub physics: WalkSettings,
 }
 
 impl Default for TrotSettings {
     fn default() -> Self {
         TrotSettings {
+            mode: GaitMode::Kinematic,
             period_s: 0.45,                    // unitree_guide State_Trotting: 2.22 Hz
             duty_ratio: 0.55,                  // physics prototype; unitree_guide 0.50
             swing_height_m: 0.08,              // Unitree HighState.footRaiseHeight
@@ -93,6 +110,7 @@ impl Default for TrotSettings {
             suspension_hz: 4.0, // engineering guess of the physics study
             suspension_damping_ratio: 0.6, // engineering guess of the physics study
             plane_lag_s: 0.25, // physics prototype's ground plane low-pass
+            physics: WalkSettings::default(),
         }
     }
 }
@@ -127,6 +145,7 @@ impl TrotSettings {
         within("impact_damping_ratio", self.impact_damping_ratio, 0.01, 0.95)?;
         within("suspension_hz", self.suspension_hz, 0.5, 20.0)?;
         within("suspension_damping_ratio", self.suspension_damping_ratio, 0.05, 0.95)?;
-        within("plane_lag_s", self.plane_lag_s, 0.01, 5.0)
+        within("plane_lag_s", self.plane_lag_s, 0.01, 5.0)?;
+        self.physics.check().map_err(|e| SettingError { key: format!("physics.{}", e.key), ..e })
     }
 }

@@ -69,6 +69,7 @@ impl KinematicTrot {
                 stance: [true; 4],
                 feet_world: legs.feet,
                 joint_angles_rad: [0.0; 12],
+                loads: None,
             },
             planar,
             legs,
@@ -138,6 +139,7 @@ impl KinematicTrot {
             stance: self.legs.stance,
             feet_world: self.legs.feet,
             joint_angles_rad,
+            loads: None,
         };
     }
 }

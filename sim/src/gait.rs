@@ -1,0 +1,65 @@
+//! What moves the robot in a run, and what it touches on the way: kinematics beside a contact finder, or physics.
+
+use crate::physics::{PhysicsGait, Touch};
+use arborloop_base::{Contact, Pose2, Seed, Span};
+use arborloop_robots::{
+    Command, Fall, GaitMode, Ground, KinematicTrot, TrotSettings, TrunkMotion, TrunkState,
+};
+use arborloop_worlds::{Terrain, World};
+
+/// A gait with the contacts of its body.
+pub(crate) enum Gait {
+    /// A motion without forces, and an engine that finds what the body touches.
+    Kinematic { motion: Box<dyn TrunkMotion>, touch: Box<Touch> },
+    /// A body in the engine.
+    Physics(Box<PhysicsGait>),
+}
+
+/// The terrain as the robot's feet know it.
+struct Soil<'a>(&'a Terrain);
+
+impl Ground for Soil<'_> {
+    fn height_m(&self, x_m: f64, y_m: f64) -> f64 {
+        self.0.height_m(x_m, y_m)
+    }
+}
+
+impl Gait {
+    pub(crate) fn new(world: &World, settings: &TrotSettings, start: Pose2, tick: Span, seed: Seed) -> Self {
+        match settings.mode {
+            GaitMode::Kinematic => {
+                let trot = KinematicTrot::new(settings.clone(), start, tick, &Soil(&world.terrain), seed);
+                let touch = Box::new(Touch::new(world, trot.state(), tick.seconds()));
+                Gait::Kinematic { motion: Box::new(trot), touch }
+            }
+            GaitMode::Physics => {
+                Gait::Physics(Box::new(PhysicsGait::new(world, settings, start, tick, seed)))
+            }
+        }
+    }
+
+    /// One tick; what the body touches after it.
+    pub(crate) fn advance(&mut self, command: &Command, terrain: &Terrain) -> Vec<Contact> {
+        match self {
+            Gait::Kinematic { motion, touch } => touch.step(motion.advance(command, &Soil(terrain))),
+            Gait::Physics(gait) => {
+                gait.advance(command, &Soil(terrain));
+                gait.touching()
+            }
+        }
+    }
+
+    pub(crate) fn state(&self) -> &TrunkState {
+        match self {
+            Gait::Kinematic { motion, .. } => motion.state(),
+            Gait::Physics(gait) => gait.state(),
+        }
+    }
+
+    pub(crate) fn fall(&self) -> Option<Fall> {
+        match self {
+            Gait::Kinematic { motion, .. } => motion.fall(),
+            Gait::Physics(gait) => gait.fall(),
+        }
+    }
+}
