@@ -1,10 +1,10 @@
 //! The study of the physics gait: every acceptance bar with its figure. `cargo bench -p arborloop-sim --bench gait`;
 //! words after `--` choose among: stand, flat, uneven, hard, speed, steps.
 
+#![allow(clippy::unwrap_used)] // A development tool.
+
 #[path = "../tests/walked/mod.rs"]
 mod walked;
-
-#![allow(clippy::unwrap_used)] // A development tool.
 
 use arborloop_robots::{Command, TrotSettings};
 use cpu_time::ThreadTime;
