@@ -58,6 +58,8 @@ impl Habit {
 
 /// Share of a hedge's clumps on its top; a cube's is a fifth of top and sides.
 const TOP_SHARE: f64 = 0.2;
+/// Share of a hedge's clumps around its lower rim.
+const RIM_SHARE: f64 = 0.25;
 /// Twigs that spread from the middle of a clump.
 const TWIGS: usize = 5;
 /// Bark and pith leave this share of the trunk's section to the limbs.
@@ -194,14 +196,15 @@ fn ball_point(share: f64, [cos, sin]: [f64; 2]) -> Vector3<f64> {
     Vector3::new(level * cos, level * sin, up)
 }
 
-/// Evenly over a hedge's top and sides, down to the ground: the cube of half side 1, pulled inward by `out_ratio`.
+/// Over a hedge's top and sides, and once more around its lower rim: the cube of half side 1, pulled inward by
+/// `out_ratio`. Without a rim of their own the lowest clumps would leave light under their round bellies.
 fn hedge_point(share: f64, out_ratio: f64, [cos, sin]: [f64; 2]) -> Vector3<f64> {
     let level = Vector3::new(cos, sin, 0.0) / cos.abs().max(sin.abs());
     if share < TOP_SHARE {
         return level * (share / TOP_SHARE).sqrt() + Vector3::z() * out_ratio;
     }
-    let up = 1.0 - 2.0 * (share - TOP_SHARE) / (1.0 - TOP_SHARE);
-    level * out_ratio + Vector3::z() * up
+    let down = ((share - TOP_SHARE) / (1.0 - TOP_SHARE - RIM_SHARE)).min(1.0);
+    level * out_ratio + Vector3::z() * (1.0 - 2.0 * down)
 }
 
 /// A flat clump of a cone, as far up as holds `share` of its outline seen from the side.

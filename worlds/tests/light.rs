@@ -3,7 +3,9 @@
 mod common;
 
 use arborloop_base::{Draws, Seed};
-use arborloop_worlds::{Haze, Leaf, LeafAngle, Outline, Planting, RowsSpec, Season, World, build};
+use arborloop_worlds::{
+    CitrusSpec, Haze, Leaf, LeafAngle, Outline, Planting, RowsSpec, Season, World, build,
+};
 use common::{bare, small_orchard, small_vineyard, with_season};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -200,4 +202,37 @@ fn a_vine_dims_light_as_its_haze_does() {
     spec.rows = one_plant(spec.rows);
     spec.leaves.size_m = 0.02;
     leaves_and_haze_agree(&Planting::Vineyard(spec), "vine");
+}
+
+#[test]
+fn a_lidar_in_the_alley_hardly_sees_a_citrus_trunk_for_leaves() {
+    let mut spec = CitrusSpec::default();
+    spec.rows = RowsSpec { count: 1, plants: 6, missing_ratio: 0.0, ..spec.rows };
+    let world = build(&bare(Planting::Citrus(spec.clone())), Seed(21));
+    let alley_m = spec.rows.y_m + spec.rows.spacing_m / 2.0;
+    let (mut seen, mut rays) = (0, 0);
+    for (trunk, crown) in world.solids.iter().zip(&world.crowns) {
+        let leaves: Vec<Leaf> = world
+            .plants
+            .iter()
+            .filter(|plant| plant.instance == crown.instance)
+            .flat_map(|plant| {
+                let leaves = world.prototypes[plant.prototype].leaves.iter();
+                leaves.map(|leaf| leaf.transformed(&plant.world_from_plant))
+            })
+            .collect();
+        let stream = Seed(22).stream("test/trunk");
+        for n in 0..60 {
+            let mut draws = stream.child(u64::from(trunk.instance)).at(n);
+            let target = trunk.shape.center(draws.within(0.15, 0.55));
+            let ground_m = world.terrain.height_m(target.x, alley_m);
+            let from = Point3::new(target.x + draws.within(-2.0, 2.0), alley_m, ground_m + 0.5);
+            let beam = Beam { from, along: (target - from).normalize() };
+            let before = |leaf: &&Leaf| (leaf.center - from).norm() < (target - from).norm() + 0.1;
+            seen += usize::from(!leaves.iter().filter(before).any(|leaf| meets(&beam, leaf)));
+            rays += 1;
+        }
+    }
+    // Photos of CitrusFarm show none; through leaves as dense as the facts allow, a beam in ten may slip.
+    assert!(seen * 10 < rays, "{seen} of {rays} beams reach a trunk");
 }

@@ -58,14 +58,14 @@ impl Default for CitrusSpec {
                 size_variation_ratio: 0.1,  // assumed
                 form_variation_ratio: 0.05, // assumed: hedged
                 limbs: 6,                   // assumed
-                clumps: 60,                 // assumed: a bumpy wall
+                clumps: 110,                // assumed: a bumpy wall, closed down to the ground
                 clump_ratio: 0.26,          // assumed
                 hollow_ratio: 0.8,          // dense outer shell (sensors, plants and sites facts, 7.6)
             },
             leaves: LeavesSpec {
                 size_m: 0.07, // assumed: the area of a leaf of 10 cm x 5 cm
-                // facts, 7.6: 3-6 m2/m3, from memory. Half the ground's LAI is then 2.3; Florida oranges have 1.6-2.1.
-                area_per_m: 3.0,
+                // facts, 7.6: 3-6 m2/m3, from memory. Half the ground's LAI is then 2.7; Florida oranges have 1.6-2.1.
+                area_per_m: 3.5,
                 angle: LeafAngle::Spherical, // assumed
                 reflectivity_ratio: 0.5, // no citrus spectrum found: grape and almond 0.48-0.52 (Helios library)
             },
