@@ -41,7 +41,7 @@ fn timed(make: impl FnOnce() -> Walk, seconds: f64) -> (Walk, f64) {
 fn stand(w: &Walk, rtf: f64) {
     for t in [0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 9000] {
         let Some(s) = w.states.get(t) else { continue };
-        let f: nalgebra::Vector3<f64> = s.loads.unwrap().foot_forces_n.iter().sum();
+        let f: nalgebra::Vector3<f64> = s.loads.map(|l| l.foot_forces_n.iter().sum()).unwrap_or_default();
         println!(
             "{t} z {:.5} x {:.5} v {:.5} f {:.3} {:.3} {:.3} rpy {:.4?}",
             s.world_from_base.translation.z,

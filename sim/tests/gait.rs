@@ -2,49 +2,162 @@
 
 mod walked;
 
+use arborloop_base::{Record, Seed, Sink, SinkError, Time};
 use arborloop_robots::{Body, Command, FallCause, TrotSettings};
+use arborloop_sim::{Driver, End, Scenario, Simulator, run};
 use nalgebra::Vector3;
-use walked::{Guide, ground, walk};
+use walked::{Guide, Measured, Walk, ground, walk};
 
 const STILL: Guide = Guide::Always(Command { forward_mps: 0.0, turn_radps: 0.0 });
 const AHEAD: Guide = Guide::Always(Command { forward_mps: 0.5, turn_radps: 0.0 });
 
-#[test]
-fn a_standing_robot_presses_on_the_ground_with_its_weight_and_stays() {
-    for slope_deg in [0.0, 5.0] {
-        let standing = walk(&ground(0.0, slope_deg, 1), &TrotSettings::default(), &STILL, 3.0, 1);
-        let weight_n = 9.806_65 * Body::go1().mass_kg;
-        let last = &standing.states[2999];
-        let force: Vector3<f64> = last.loads.unwrap().foot_forces_n.iter().sum();
-        assert!((force - Vector3::z() * weight_n).norm() < 0.01 * weight_n, "{force:?} against {weight_n} N");
-        let from = &standing.states[999].world_from_base;
-        let moved = last.world_from_base.translation.vector - from.translation.vector;
-        let turned_deg = from.rotation.angle_to(&last.world_from_base.rotation).to_degrees();
-        assert!(moved.norm() / 2.0 < 2e-4, "{} m/s on {slope_deg} degrees", moved.norm() / 2.0);
-        assert!(turned_deg / 2.0 < 0.05, "{} deg/s on {slope_deg} degrees", turned_deg / 2.0);
-    }
+fn pushed() -> TrotSettings {
+    let mut settings = TrotSettings::default();
+    (settings.physics.push_mps, settings.physics.push_every_s) = (0.15, 2.5);
+    settings
 }
 
-#[test]
-fn a_robot_told_to_walk_trots_as_fast_as_told_inside_its_motors_limits() {
-    let trot = walk(&ground(0.0, 0.0, 1), &TrotSettings::default(), &AHEAD, 5.0, 1);
-    assert_eq!(trot.fall, None);
-    let found = trot.measured();
-    assert!((found.speed_mps - 0.5).abs() < 0.03, "{found:?}");
+fn inside_its_motors(found: &Measured) {
     for (n, motor) in Body::go1().motors.iter().enumerate() {
         assert!(found.torque_max_nm[n] <= motor.torque_nm_max, "{found:?}");
         assert!(found.rate_max_radps[n] <= motor.speed_radps_max, "{found:?}");
     }
-    assert!(found.duty.iter().all(|duty| (0.5..0.6).contains(duty)), "{found:?}");
+    assert!(found.saturated < 1e-3 && found.knee_rms_nm < 9.0, "{found:?}");
 }
 
 #[test]
-fn a_robot_on_its_side_has_fallen_and_says_so() {
-    // Ground that no blind trot climbs: 40 degrees and slippery.
-    let mut settings = TrotSettings::default();
-    settings.physics.friction = 0.1;
-    let slip = walk(&ground(0.0, 40.0, 1), &settings, &AHEAD, 5.0, 1);
-    let fall = slip.fall.unwrap();
-    assert!(matches!(fall.cause, FallCause::Tipped | FallCause::Collapsed), "{fall:?}");
-    assert_eq!(fall.after.nanos() / 1_000_000, slip.states.len() as i64 + 1);
+fn a_standing_robot_presses_on_the_ground_with_its_weight_and_stays() {
+    // On a slope it still settles against the joints' dry friction: its feet stay, its trunk sinks into place.
+    for (slope_deg, moving_mps_max) in [(0.0, 2e-4), (5.0, 4e-4)] {
+        let standing = walk(&ground(0.0, slope_deg, 1), &TrotSettings::default(), &STILL, 3.5, 1);
+        let weight_n = 9.806_65 * Body::go1().mass_kg;
+        let (from, last) = (&standing.states[1999], &standing.states[3499]);
+        let force: Vector3<f64> = last.loads.unwrap().foot_forces_n.iter().sum();
+        assert!((force - Vector3::z() * weight_n).norm() < 0.01 * weight_n, "{force:?} against {weight_n} N");
+        let moved = last.world_from_base.translation.vector - from.world_from_base.translation.vector;
+        let turned_deg = from.world_from_base.rotation.angle_to(&last.world_from_base.rotation).to_degrees();
+        assert!(moved.norm() / 1.5 < moving_mps_max, "{} m/s on {slope_deg} degrees", moved.norm() / 1.5);
+        assert!(turned_deg / 1.5 < 0.05, "{} deg/s on {slope_deg} degrees", turned_deg / 1.5);
+    }
+}
+
+#[test]
+fn a_trot_on_flat_ground_holds_the_bars() {
+    let trot = walk(&ground(0.0, 0.0, 1), &TrotSettings::default(), &AHEAD, 7.0, 1);
+    assert_eq!(trot.fall, None);
+    let found = trot.measured();
+    println!("{found:?}");
+    inside_its_motors(&found);
+    assert!((found.speed_mps - 0.5).abs() < 0.03);
+    assert!(found.duty.iter().all(|duty| (0.5..=0.6).contains(duty)));
+    assert!((0.5..0.75).contains(&found.cost_abs) && (0.3..0.55).contains(&found.cost_positive));
+    let [gait, impacts, _] = found.az_mps2;
+    assert!((0.7..1.8).contains(&gait) && (0.5..2.0).contains(&impacts));
+    assert!((0.1..1.0).contains(&found.roll_deg) && (0.1..1.0).contains(&found.pitch_deg));
+    assert!((0.001..0.008).contains(&found.bob_m));
+    // Two footfalls a stride: the even harmonics carry the vertical shaking.
+    let [once, twice, fourth, ..] = found.harmonics_mps2;
+    assert!(twice > 2.0 * once && fourth > 2.0 * once);
+    for times in [2.0, 4.0] {
+        assert!((found.peak_near(times) - times / 0.45).abs() < 0.12, "{times}: {}", found.peak_near(times));
+    }
+}
+
+#[test]
+fn pushes_bumps_and_slopes_do_not_bring_it_down() {
+    for seed in [1, 2] {
+        let trot = walk(&ground(0.03, 5.0, seed), &pushed(), &Guide::Rectangle(0.5), 9.0, seed);
+        assert_eq!(trot.fall, None);
+        let found = trot.measured();
+        println!("{found:?}");
+        inside_its_motors(&found);
+        assert!(found.cross_rms_m < 0.06 && found.cross_max_m < 0.2);
+        assert!((0.55..0.95).contains(&found.cost_abs));
+        let [gait, impacts, _] = found.az_mps2;
+        assert!((0.7..1.9).contains(&gait) && (0.5..2.0).contains(&impacts));
+        assert!((0.4..2.0).contains(&found.roll_deg) && (0.3..1.5).contains(&found.pitch_deg));
+        assert!((0.003..0.015).contains(&found.bob_m));
+    }
+}
+
+#[test]
+fn harder_touchdowns_and_faster_walks_shake_more() {
+    let impacts = |touchdown_mps: f64, forward_mps: f64| {
+        let mut settings = TrotSettings::default();
+        settings.physics.touchdown_mps = touchdown_mps;
+        let guide = Guide::Always(Command { forward_mps, turn_radps: 0.0 });
+        walk(&ground(0.0, 0.0, 1), &settings, &guide, 6.5, 1).measured().az_mps2[1]
+    };
+    let nominal = impacts(0.3, 0.5);
+    assert!(nominal > 1.7 * impacts(0.0, 0.5), "{nominal} against {}", impacts(0.0, 0.5));
+    assert!(impacts(0.3, 1.0) > 1.4 * impacts(0.3, 0.25));
+}
+
+#[test]
+fn four_substeps_shake_as_one_does() {
+    let shaking = |substeps: u32| {
+        let mut settings = TrotSettings::default();
+        settings.physics.substeps = substeps;
+        let [gait, impacts, _] = walk(&ground(0.0, 0.0, 1), &settings, &AHEAD, 6.5, 1).measured().az_mps2;
+        gait.hypot(impacts)
+    };
+    let (one, four) = (shaking(1), shaking(4));
+    assert!((one / four - 1.0).abs() < 0.1, "{one} against {four} m/s2");
+}
+
+#[test]
+fn a_late_controller_with_noisy_joints_still_walks() {
+    let mut settings = pushed();
+    let physics = &mut settings.physics;
+    physics.delay_s = 0.002;
+    (physics.joint_noise_rad, physics.joint_rate_noise_radps) = (0.001, 0.05);
+    (physics.velocity_noise_mps, physics.tilt_error_deg) = (0.02, 0.5);
+    let trot = walk(&ground(0.03, 5.0, 3), &settings, &Guide::Rectangle(0.5), 6.0, 3);
+    assert_eq!(trot.fall, None);
+    assert!(trot.measured().cross_max_m < 0.2);
+}
+
+#[test]
+fn the_same_seed_walks_the_same_bits_and_another_does_not() {
+    let bits = |seed: u64| -> Vec<u64> {
+        let trot = walk(&ground(0.03, 5.0, 1), &pushed(), &Guide::Rectangle(0.5), 2.0, seed);
+        trot.states.iter().flat_map(walked::numbers).map(f64::to_bits).collect()
+    };
+    let first = bits(1);
+    assert!(first == bits(1));
+    assert!(first != bits(2));
+}
+
+#[test]
+fn ten_degrees_are_climbed_and_fifteen_with_deep_holes_end_in_a_fall_that_says_why() {
+    let climb = walk(&ground(0.0, 10.0, 1), &TrotSettings::default(), &Guide::Rectangle(0.5), 4.0, 1);
+    assert_eq!(climb.fall, None);
+    let fallen: Vec<Walk> = (1..=3)
+        .map(|seed| walk(&ground(0.08, 15.0, seed), &TrotSettings::default(), &AHEAD, 12.0, seed))
+        .collect();
+    for one in &fallen {
+        let fall = one.fall.unwrap();
+        assert!(matches!(fall.cause, FallCause::Tipped | FallCause::Collapsed), "{fall:?}");
+        assert_eq!(fall.after.nanos() / 1_000_000, one.states.len() as i64 + 1);
+    }
+}
+
+#[test]
+fn a_fall_ends_a_run_with_its_cause() {
+    let changes = ["gait.mode=\"physics\"", "gait.physics.friction=0.02", "world.terrain.slope_deg=20.0"];
+    let document = Scenario::embedded("cone-field-go1-short").unwrap();
+    let scenario = Scenario::read(&document.overridden(&changes.map(str::to_owned)).unwrap()).unwrap();
+    let mut sim = Simulator::new(&scenario, Seed(1));
+    let outcome = run(&mut sim, &mut [], Driver::Truth, &mut Nowhere, &mut |_, _| true).unwrap();
+    assert!(matches!(outcome.end, End::Fell(_)), "{:?}", outcome.end);
+    assert!(outcome.end.to_string().starts_with("Fell (the trunk "), "{}", outcome.end);
+    assert!(outcome.duration.seconds() < 20.0);
+}
+
+struct Nowhere;
+
+impl Sink for Nowhere {
+    fn write(&mut self, _now: Time, _record: &Record<'_>) -> Result<(), SinkError> {
+        Ok(())
+    }
 }

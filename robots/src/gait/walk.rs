@@ -17,12 +17,13 @@ pub use body::{Body, Motor};
 pub use error::BodyError;
 pub use settings::WalkSettings;
 
+use super::planar::NOMINAL_MPS;
 use super::{Command, TrotSettings};
 use crate::go1::{FOOT_Y_M, HIP_X_M};
 use arborloop_base::{Pose, wrap_angle, yaw_of};
 use forces::{Distribution, Footing};
 use leg::LegState;
-use nalgebra::{Point3, Vector2, Vector3};
+use nalgebra::{Point3, Vector2, Vector3, Vector6};
 use plane::FootPlane;
 use stepping::{Cue, Stepping};
 use wrench::{GRAVITY_MPS2, heading, wanted_wrench};
@@ -42,6 +43,10 @@ const LEASH_RAD: f64 = 0.15;
 const LOAD_N_MAX: f64 = 250.0;
 /// How far a step may be put off its neutral place, meters; assumed: a third of the leg.
 const REACH_M: f64 = 0.14;
+/// How much higher a foot is swung per roughness of the ground beyond what any field has, and at the most; assumed.
+const CARE: f64 = 5.0;
+const CARELESS_M: f64 = 0.007;
+const CARE_M_MAX: f64 = 0.03;
 /// Damping ratio of a swinging foot's tracking; assumed.
 const SWING_DAMPING_RATIO: f64 = 0.8;
 /// Time constant of the plane under the feet, seconds; assumed: a quarter of a stride.
@@ -264,14 +269,20 @@ impl Walker {
     fn share_load(&mut self, sensed: &Sensed, feet: &[Foot; 4]) -> [Vector3<f64>; 4] {
         let pose = &sensed.odom_from_base;
         let center = pose * self.body.center_of_mass;
+        // Friction holds against the ground, not against gravity: the cones stand on the plane under the feet.
+        let plane_from_odom = self.plane.upright();
         let footings = std::array::from_fn(|leg| Footing {
-            arm: feet[leg].at - center,
+            arm: plane_from_odom * (feet[leg].at - center),
             most_n: LOAD_N_MAX * self.legs[leg].load(),
         });
         let height_m = self.settings.stand_height_m;
         let wrench =
             wanted_wrench(&self.body, &self.settings.physics, height_m, sensed, &self.plane, &self.wanted);
-        self.distribution.share(&wrench, &footings)
+        let turned = |row: usize| plane_from_odom * wrench.fixed_rows::<3>(row).into_owned();
+        let (force, torque) = (turned(0), turned(3));
+        let wrench = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+        let odom_from_plane = plane_from_odom.inverse();
+        self.distribution.share(&wrench, &footings).map(|force| odom_from_plane * force)
     }
 
     /// Time until a standing leg is to lift, seconds; without end while the robot stands or the leg swings.
@@ -288,8 +299,11 @@ impl Walker {
         let (_, share) = self.timing(leg);
         let swing_s = (1.0 - self.settings.duty_ratio) * self.settings.period_s;
         let to = self.next_foothold(leg, ((1.0 - share) * swing_s).max(0.0), sensed);
-        let height_m = self.settings.swing_height_m;
-        let Some(aim) = self.legs[leg].aim(share, to, height_m, physics.touchdown_mps, swing_s) else {
+        // Who stumbles steps higher.
+        let height_m =
+            physics.swing_height_m + (CARE * (self.plane.roughness_m - CARELESS_M)).clamp(0.0, CARE_M_MAX);
+        let touchdown_mps = physics.touchdown_mps * self.haste();
+        let Some(aim) = self.legs[leg].aim(share, to, height_m, touchdown_mps, swing_s) else {
             return Vector3::zeros();
         };
         let w = physics.swing_radps;
@@ -305,6 +319,11 @@ impl Walker {
             Some(joints) => foot.state.inertia * joints,
             None => foot.state.jacobian.transpose() * wanted * 0.2,
         }
+    }
+
+    /// How much harder than at 0.5 m/s a foot comes down: its last part is passed the faster, the wider the step.
+    fn haste(&self) -> f64 {
+        0.5 + 0.5 * self.wanted.command.forward_mps.abs() / NOMINAL_MPS
     }
 
     /// Raibert: under the hip in the middle of the stance to come, and farther along an excess of speed.

@@ -26,11 +26,11 @@ impl Ground for Soil<'_> {
 /// Bare ground: bumps of a greatest height (two deviations) over a slope.
 pub(crate) fn ground(bump_m: f64, slope_deg: f64, seed: u64) -> World {
     let terrain = TerrainSpec {
-        extent_m: 12.0,
+        extent_m: 15.0,
         cell_m: 0.05,
         relief_m: 0.0,
         bump_m: bump_m / 2.0,
-        bump_wavelength_m: 0.4,
+        bump_wavelength_m: 0.6,
         slope_deg,
         slope_toward_deg: 30.0,
         ..TerrainSpec::default()
@@ -112,6 +112,8 @@ pub(crate) struct Measured {
     pub(crate) az_peak_mps2: f64,
     /// At 1, 2, 4, 6 and 8 times the stride frequency, m/s2 rms.
     pub(crate) harmonics_mps2: [f64; 5],
+    /// Where the spectrum peaks within a third of the stride frequency of its 2nd and 4th multiple, hertz.
+    pub(crate) peaks_hz: [f64; 2],
     pub(crate) roll_deg: f64,
     pub(crate) pitch_deg: f64,
     pub(crate) bob_m: f64,
@@ -181,11 +183,43 @@ impl Walk {
             az_peak_mps2: az.iter().fold(0.0, |most, a| a.abs().max(most)),
             harmonics_mps2: [1.0, 2.0, 4.0, 6.0, 8.0]
                 .map(|times| band(&az, times * STRIDE_HZ - 0.3, times * STRIDE_HZ + 0.3)),
+            peaks_hz: [2.0, 4.0].map(|times| peak(&az, times * STRIDE_HZ)),
             roll_deg: band(&angle(0), 0.8, 50.0),
             pitch_deg: band(&angle(1), 0.8, 50.0),
             bob_m: band(&heights, 0.8, 50.0) * 2.0 * 2_f64.sqrt(),
         }
     }
+}
+
+impl Measured {
+    /// The peak near twice or four times the stride frequency, hertz.
+    pub(crate) fn peak_near(&self, times: f64) -> f64 {
+        self.peaks_hz[usize::from(times > 3.0)]
+    }
+}
+
+/// The frequency of the greatest power within 0.7 Hz of one.
+fn peak(signal: &[f64], around_hz: f64) -> f64 {
+    let candidates = (-28..=28).map(|n| around_hz + 0.025 * f64::from(n));
+    candidates
+        .map(|hz| (hz, power(signal, hz)))
+        .fold((0.0, 0.0), |best, one| if one.1 > best.1 { one } else { best })
+        .0
+}
+
+/// Every number of a state.
+pub(crate) fn numbers(state: &TrunkState) -> Vec<f64> {
+    let pose = &state.world_from_base;
+    let mut numbers: Vec<f64> =
+        pose.translation.vector.iter().chain(pose.rotation.coords.iter()).copied().collect();
+    numbers.extend(state.linear_mps.iter().chain(state.angular_radps.iter()));
+    numbers.extend(state.joint_angles_rad);
+    if let Some(loads) = state.loads {
+        numbers.extend(loads.joint_rates_radps.iter().chain(&loads.joint_torques_nm));
+        numbers
+            .extend(loads.foot_forces_n.iter().flat_map(|force| force.iter().copied().collect::<Vec<_>>()));
+    }
+    numbers
 }
 
 /// Root mean square and greatest distance from the rectangle.

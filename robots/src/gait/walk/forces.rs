@@ -10,6 +10,9 @@ type Forces = SVector<f64, 12>;
 
 /// Weights of force (x, y, z) and torque errors (unitree_guide `BalanceCtrl`).
 const WEIGHTS: [f64; 6] = [20.0, 20.0, 50.0, 450.0, 450.0, 450.0];
+/// What the weights of force become when a foot stands alone: to hold the robot up with it would turn the robot over.
+/// Assumed: the trunk may sink for as long as the other feet take to come down.
+const ALONE: f64 = 0.15;
 /// Weight of the forces' own squares and of their change (unitree_guide `BalanceCtrl`: 0.001 and 0.1).
 const SIZE_WEIGHT: f64 = 0.001;
 const CHANGE_WEIGHT: f64 = 0.1;
@@ -47,7 +50,11 @@ impl Distribution {
             map.fixed_view_mut::<3, 3>(0, 3 * foot).copy_from(&Matrix3::identity());
             map.fixed_view_mut::<3, 3>(3, 3 * foot).copy_from(&footing.arm.cross_matrix());
         }
-        let weighted = SMatrix::<f64, 6, 6>::from_diagonal(&Vector6::from(WEIGHTS)) * map;
+        let mut weights = Vector6::from(WEIGHTS);
+        if footings.iter().filter(|footing| footing.most_n > 0.0).count() == 1 {
+            weights.fixed_rows_mut::<3>(0).scale_mut(ALONE);
+        }
+        let weighted = SMatrix::<f64, 6, 6>::from_diagonal(&weights) * map;
         let ridge = SIZE_WEIGHT + CHANGE_WEIGHT + PENALTY;
         let curvature = map.transpose() * weighted + SMatrix::<f64, 12, 12>::identity() * ridge;
         // A sum of squares plus a positive diagonal has a factor.

@@ -1,6 +1,6 @@
 //! The ground as the feet know it: a plane through the four last footholds, low-passed.
 
-use nalgebra::{Matrix2, Point3, Vector2, Vector3};
+use nalgebra::{Matrix2, Point3, UnitQuaternion, Vector2, Vector3};
 
 /// Height and slope of the plane in which the feet's centers stand.
 #[derive(Debug, Clone, PartialEq)]
@@ -8,13 +8,18 @@ pub(crate) struct FootPlane {
     middle: Vector3<f64>,
     /// Rise per meter along x and y.
     pub(crate) slope: Vector2<f64>,
+    /// How far the feet stand off the plane, low-passed over several strides, meters.
+    pub(crate) roughness_m: f64,
 }
+
+/// How much slower the roughness follows than the plane; assumed: twenty times, some five strides.
+const SLOWER: f64 = 20.0;
 
 impl FootPlane {
     /// Through the feet as they stand.
     pub(crate) fn through(feet: &[Point3<f64>; 4]) -> Self {
         let (middle, slope) = fitted(feet);
-        FootPlane { middle, slope }
+        FootPlane { middle, slope, roughness_m: crosswise_m(feet) }
     }
 
     /// One tick toward the plane through the feet; `share` is the low-pass's step.
@@ -24,12 +29,26 @@ impl FootPlane {
         // The middle wanders with the feet: its height is carried along the plane, only the rest is low-passed.
         let carried_m = self.height_m(middle.xy());
         self.middle = Vector3::new(middle.x, middle.y, carried_m + (middle.z - carried_m) * share);
+        self.roughness_m += (crosswise_m(feet) - self.roughness_m) * share / SLOWER;
+    }
+
+    /// The turn that brings the plane's normal to z, the short way.
+    pub(crate) fn upright(&self) -> UnitQuaternion<f64> {
+        let normal = Vector3::new(-self.slope.x, -self.slope.y, 1.0);
+        // A plane of finite slope never faces down.
+        UnitQuaternion::rotation_between(&normal, &Vector3::z()).unwrap_or_default()
     }
 
     /// Height of a foot's center on the plane, meters.
     pub(crate) fn height_m(&self, place: Vector2<f64>) -> f64 {
         self.middle.z + self.slope.dot(&(place - self.middle.xy()))
     }
+}
+
+/// Four feet have one way to stand off a plane: crosswise, all by as much.
+fn crosswise_m(feet: &[Point3<f64>; 4]) -> f64 {
+    let [fr, fl, rr, rl] = feet.map(|foot| foot.z);
+    ((fr + rl - fl - rr) / 4.0).abs()
 }
 
 /// Least squares.
