@@ -3,8 +3,11 @@
 mod legs;
 mod oscillator;
 mod planar;
+mod replay;
 mod settings;
 mod shake;
+mod shaker;
+pub mod strides;
 mod suspension;
 mod trot;
 mod walk;

@@ -11,6 +11,7 @@ mod setting;
 
 pub use description::{Joint, JointKind, JointLimits, Link, Robot, RobotError};
 pub use follow::{Follower, FollowerSettings, Progress, Route};
+pub use gait::strides;
 pub use gait::{
     Body, BodyError, Command, Fall, FallCause, GaitMode, Ground, KinematicTrot, Loads, Motor, Sensed,
     TrotSettings, TrunkMotion, TrunkState, WalkSettings, Walker,

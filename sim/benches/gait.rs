@@ -1,64 +1,256 @@
-//! The study of the physics gait: every acceptance bar with its figure. `cargo bench -p arborloop-sim --bench gait`;
-//! words after `--` choose among: stand, flat, uneven, hard, speed, steps.
+//! The study of the physics gait: every acceptance bar with its figure.
+//!
+//! `cargo bench -p arborloop-sim --bench gait` prints all; words after `--` choose among `stand`, `flat`, `uneven`,
+//! `hard`, `trend`, `steps`, `strides`, `spectrum`, `digest` and, only when asked for, `long` (30 simulated minutes)
+//! and `library` (records `robots/assets/go1.strides` anew). Times are processor time of this thread.
 
 #![allow(clippy::unwrap_used)] // A development tool.
 
 #[path = "../tests/walked/mod.rs"]
 mod walked;
 
-use arborloop_robots::{Command, TrotSettings};
+use arborloop_robots::{Command, GaitMode, TrotSettings};
 use cpu_time::ThreadTime;
-use walked::{Guide, Walk, ground, walk};
+use walked::{Guide, Measured, STRIDE_HZ, Walk, band, ground, imu_az, numbers, walk};
 
 fn main() {
-    let seconds: f64 = std::env::var("SECONDS_OF_WALK").ok().and_then(|s| s.parse().ok()).unwrap_or(10.0);
-    let ahead = Guide::Always(Command { forward_mps: 0.5, turn_radps: 0.0 });
-    let settings = TrotSettings::default();
-    let words: Vec<String> = std::env::args().skip(1).filter(|w| !w.starts_with('-')).collect();
-    let asked = |word: &str| words.is_empty() || words.iter().any(|w| w == word);
-    if asked("stand") {
-        let still = Guide::Always(Command::default());
-        let (w, rtf) = timed(|| walk(&ground(0.0, 0.0, 1), &settings, &still, seconds, 1), seconds);
-        stand(&w, rtf);
+    let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let always: [(&str, fn()); 9] = [
+        ("stand", stand),
+        ("flat", flat),
+        ("uneven", uneven),
+        ("hard", hard),
+        ("trend", trend),
+        ("steps", steps),
+        ("strides", strides),
+        ("spectrum", spectrum),
+        ("digest", digest),
+    ];
+    let asked: [(&str, fn()); 2] = [("long", long), ("library", library)];
+    for (word, study) in always {
+        if words.is_empty() || words.iter().any(|one| one == word) {
+            study();
+        }
     }
-    if asked("flat") {
-        let (w, rtf) = timed(|| walk(&ground(0.0, 0.0, 1), &settings, &ahead, seconds, 1), seconds);
-        line("flat straight", &w, rtf);
-    }
-    if asked("uneven") {
-        let (w, rtf) =
-            timed(|| walk(&ground(0.03, 5.0, 1), &settings, &Guide::Rectangle(0.5), seconds, 1), seconds);
-        line("uneven rectangle", &w, rtf);
+    for (word, study) in asked {
+        if words.iter().any(|one| one == word) {
+            study();
+        }
     }
 }
 
-fn timed(make: impl FnOnce() -> Walk, seconds: f64) -> (Walk, f64) {
+fn ahead(forward_mps: f64) -> Guide {
+    Guide::Always(Command { forward_mps, turn_radps: 0.0 })
+}
+
+fn pushed() -> TrotSettings {
+    let mut settings = TrotSettings::default();
+    settings.physics.push_mps = 0.15;
+    settings
+}
+
+/// A walk and how many times faster than real time it was made.
+fn timed(make: impl FnOnce() -> Walk) -> (Walk, f64) {
     let from = ThreadTime::now();
     let made = make();
-    (made, seconds / from.elapsed().as_secs_f64())
+    let seconds = made.states.len() as f64 * walked::TICK_S;
+    let factor = seconds / from.elapsed().as_secs_f64();
+    (made, factor)
 }
 
-fn stand(w: &Walk, rtf: f64) {
-    for t in [0, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 9000] {
-        let Some(s) = w.states.get(t) else { continue };
-        let f: nalgebra::Vector3<f64> = s.loads.map(|l| l.foot_forces_n.iter().sum()).unwrap_or_default();
+fn stand() {
+    let (walk, factor) = timed(|| walk(&ground(0.0, 0.0, 1), &TrotSettings::default(), &ahead(0.0), 11.0, 1));
+    let (Some(from), Some(last)) = (walk.states.get(999), walk.states.last()) else {
+        println!("stand: fell, {:?}", walk.fall);
+        return;
+    };
+    let force: nalgebra::Vector3<f64> =
+        last.loads.map(|loads| loads.foot_forces_n.iter().sum()).unwrap_or_default();
+    let weight_n = 9.806_65 * arborloop_robots::Body::go1().mass_kg;
+    let moved = last.world_from_base.translation.vector - from.world_from_base.translation.vector;
+    let turned = from.world_from_base.rotation.angle_to(&last.world_from_base.rotation).to_degrees();
+    println!(
+        "stand: force {:.2} N of {weight_n:.2} N weight; drift {:.3} mm/s, {:.4} deg/s; {factor:.1} x real time",
+        force.z,
+        moved.norm() * 1e3 / 10.0,
+        turned / 10.0
+    );
+}
+
+fn line(name: &str, walk: &Walk, factor: f64) {
+    let Some(found) = measured(walk) else {
+        println!("{name}: {}", verdict(walk));
+        return;
+    };
+    println!(
+        "{name}: {}; speed {:.3} m/s, beside the path {:.1} / {:.1} cm rms / max; torque {:.1} / {:.1} / {:.1} N m, knee \
+         {:.1} rms; rate {:.1} / {:.1} / {:.1} rad/s; saturated {:.0e}; duty {:.2?}; cost of transport {:.2} abs, {:.2} \
+         positive; az {:.2} / {:.2} / {:.2} m/s2 in 1-20 / 20-100 / 100-400 Hz, peak {:.0}; f 2f 4f 6f 8f {:.2?} m/s2, peaks \
+         at {:.2?} Hz; roll {:.2} deg, pitch {:.2} deg, bob {:.1} mm; {factor:.1} x real time",
+        verdict(walk),
+        found.speed_mps,
+        found.cross_rms_m * 100.0,
+        found.cross_max_m * 100.0,
+        found.torque_max_nm[0],
+        found.torque_max_nm[1],
+        found.torque_max_nm[2],
+        found.knee_rms_nm,
+        found.rate_max_radps[0],
+        found.rate_max_radps[1],
+        found.rate_max_radps[2],
+        found.saturated,
+        found.duty,
+        found.cost_abs,
+        found.cost_positive,
+        found.az_mps2[0],
+        found.az_mps2[1],
+        found.az_mps2[2],
+        found.az_peak_mps2,
+        found.harmonics_mps2,
+        found.peaks_hz,
+        found.roll_deg,
+        found.pitch_deg,
+        found.bob_m * 1e3
+    );
+}
+
+fn measured(walk: &Walk) -> Option<Measured> {
+    (walk.states.len() > 7000).then(|| walk.measured())
+}
+
+fn verdict(walk: &Walk) -> String {
+    walk.fall.map_or("no fall".to_owned(), |fall| format!("fell after {}: {}", fall.after, fall.cause))
+}
+
+fn flat() {
+    let (straight, factor) =
+        timed(|| walk(&ground(0.0, 0.0, 1), &TrotSettings::default(), &ahead(0.5), 20.0, 1));
+    line("flat, straight on, seed 1", &straight, factor);
+    for seed in 1..=5 {
+        let (one, factor) =
+            timed(|| walk(&ground(0.0, 0.0, seed), &pushed(), &Guide::Rectangle(0.5), 60.0, seed));
+        line(&format!("flat rectangle, pushes, seed {seed}"), &one, factor);
+    }
+}
+
+fn uneven() {
+    for seed in 1..=5 {
+        let (one, factor) =
+            timed(|| walk(&ground(0.03, 5.0, seed), &pushed(), &Guide::Rectangle(0.5), 60.0, seed));
+        line(&format!("3 cm, 5 deg rectangle, pushes, seed {seed}"), &one, factor);
+    }
+}
+
+fn hard() {
+    for (bump_m, slope_deg) in [(0.0, 10.0), (0.05, 0.0), (0.05, 10.0), (0.08, 15.0)] {
+        for seed in 1..=5 {
+            let world = ground(bump_m, slope_deg, seed);
+            let one = walk(&world, &TrotSettings::default(), &Guide::Rectangle(0.5), 30.0, seed);
+            println!("{} cm, {slope_deg} deg, 30 s, seed {seed}: {}", bump_m * 100.0, verdict(&one));
+        }
+    }
+}
+
+fn trend() {
+    for touchdown_mps in [0.0, 0.1, 0.2, 0.3, 0.4] {
+        let mut settings = TrotSettings::default();
+        settings.physics.touchdown_mps = touchdown_mps;
+        let found = walk(&ground(0.0, 0.0, 1), &settings, &ahead(0.5), 11.0, 1).measured();
+        println!("touchdown {touchdown_mps} m/s: az 20-100 Hz {:.2} m/s2", found.az_mps2[1]);
+    }
+    for speed_mps in [0.25, 0.5, 0.75, 1.0] {
+        let (one, factor) =
+            timed(|| walk(&ground(0.0, 0.0, 1), &TrotSettings::default(), &ahead(speed_mps), 11.0, 1));
+        line(&format!("{speed_mps} m/s"), &one, factor);
+    }
+}
+
+fn steps() {
+    let shaking = |world_bump_m: f64, substeps: u32| {
+        let mut settings = TrotSettings::default();
+        settings.physics.substeps = substeps;
+        let found = walk(&ground(world_bump_m, 0.0, 1), &settings, &ahead(0.5), 20.0, 1).measured();
+        found.az_mps2[0].hypot(found.az_mps2[1])
+    };
+    for bump_m in [0.0, 0.03] {
+        let (one, four) = (shaking(bump_m, 1), shaking(bump_m, 4));
         println!(
-            "{t} z {:.5} x {:.5} v {:.5} f {:.3} {:.3} {:.3} rpy {:.4?}",
-            s.world_from_base.translation.z,
-            s.world_from_base.translation.x,
-            s.linear_mps.norm(),
-            f.x,
-            f.y,
-            f.z,
-            s.world_from_base.rotation.euler_angles()
+            "{bump_m} m bumps: az below 100 Hz {one:.3} m/s2 with 1 substep, {four:.3} with 4: {:+.1} %",
+            (one / four - 1.0) * 100.0
         );
     }
-    println!("fall {:?} rtf {rtf:.2}", w.fall);
 }
 
-fn line(name: &str, w: &Walk, rtf: f64) {
-    println!("{name}: fall {:?} after {} rtf {rtf:.2}", w.fall, w.states.len());
-    if w.states.len() > 4000 {
-        println!("{:#.3?}", w.measured());
+fn strides() {
+    for (bump_m, speed_mps) in [(0.0, 0.25), (0.0, 0.5), (0.0, 0.8), (0.03, 0.5)] {
+        for mode in [GaitMode::Physics, GaitMode::Strides, GaitMode::Smooth] {
+            let settings = TrotSettings { mode, ..TrotSettings::default() };
+            let (one, factor) =
+                timed(|| walk(&ground(bump_m, 0.0, 1), &settings, &ahead(speed_mps), 15.0, 1));
+            let found = one.measured();
+            println!(
+                "{} cm, {speed_mps} m/s, {mode:?}: az {:.2} / {:.2} / {:.2} m/s2, roll {:.2} deg, pitch {:.2} deg, bob {:.1} mm; {factor:.0} x real time",
+                bump_m * 100.0,
+                found.az_mps2[0],
+                found.az_mps2[1],
+                found.az_mps2[2],
+                found.roll_deg,
+                found.pitch_deg,
+                found.bob_m * 1e3
+            );
+        }
+    }
+}
+
+/// The spectrum of the vertical acceleration as bars of text, in bands of half the stride's frequency.
+fn spectrum() {
+    let one = walk(&ground(0.0, 0.0, 1), &TrotSettings::default(), &ahead(0.5), 20.0, 1);
+    let az = imu_az(&one.states[2000..]);
+    println!("vertical acceleration at the IMU, flat, 0.5 m/s; rms per band, one # is 0.02 m/s2");
+    for n in 1..60 {
+        let (low_hz, high_hz) =
+            ((f64::from(n) - 0.5) * STRIDE_HZ / 2.0, (f64::from(n) + 0.5) * STRIDE_HZ / 2.0);
+        let rms = band(&az, low_hz, high_hz);
+        println!("{:6.2} Hz {rms:5.3} {}", f64::from(n) * STRIDE_HZ / 2.0, "#".repeat((rms / 0.02) as usize));
+    }
+}
+
+/// A number that two processes must agree on (FNV-1a over every bit of a walk).
+fn digest() {
+    let one = walk(&ground(0.03, 5.0, 1), &pushed(), &Guide::Rectangle(0.5), 60.0, 1);
+    let bytes = one.states.iter().flat_map(numbers).flat_map(|number| number.to_bits().to_le_bytes());
+    let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+    });
+    println!("digest of 60 s of all states: {hash:016x}");
+}
+
+fn long() {
+    let one = walk(&ground(0.0, 0.0, 1), &TrotSettings::default(), &Guide::Rectangle(0.5), 1800.0, 1);
+    let norm =
+        one.states.iter().map(|s| (s.world_from_base.rotation.coords.norm() - 1.0).abs()).fold(0.0, f64::max);
+    let mean = |part: &[arborloop_robots::TrunkState]| {
+        part.iter().map(|s| s.world_from_base.translation.z).sum::<f64>() / part.len().max(1) as f64
+    };
+    let minutes: Vec<f64> = one.states.chunks(60_000).map(mean).collect();
+    let low = minutes.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = minutes.iter().copied().fold(0.0, f64::max);
+    println!(
+        "30 min: {}; quaternion off by {norm:.1e}; mean height of each minute {:.2} to {:.2} mm",
+        verdict(&one),
+        low * 1e3,
+        high * 1e3
+    );
+}
+
+fn library() {
+    let Some(library) = walked::strides::library() else {
+        println!("library: a walk fell, nothing is written");
+        return;
+    };
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../robots/assets/go1.strides");
+    match std::fs::write(path, library.encode()) {
+        Ok(()) => println!("library: {} kinds of strides written to {path}", library.bins().len()),
+        Err(error) => println!("library: {path}: {error}"),
     }
 }

@@ -27,7 +27,7 @@ impl Ground for Soil<'_> {
 impl Gait {
     pub(crate) fn new(world: &World, settings: &TrotSettings, start: Pose2, tick: Span, seed: Seed) -> Self {
         match settings.mode {
-            GaitMode::Kinematic => {
+            GaitMode::Kinematic | GaitMode::Strides | GaitMode::Smooth => {
                 let trot = KinematicTrot::new(settings.clone(), start, tick, &Soil(&world.terrain), seed);
                 let touch = Box::new(Touch::new(world, trot.state(), tick.seconds()));
                 Gait::Kinematic { motion: Box::new(trot), touch }

@@ -3,7 +3,7 @@
 mod walked;
 
 use arborloop_base::{Record, Seed, Sink, SinkError, Time};
-use arborloop_robots::{Body, Command, FallCause, TrotSettings};
+use arborloop_robots::{Body, Command, FallCause, GaitMode, TrotSettings};
 use arborloop_sim::{Driver, End, Scenario, Simulator, run};
 use nalgebra::Vector3;
 use walked::{Guide, Measured, Walk, ground, walk};
@@ -126,6 +126,25 @@ fn the_same_seed_walks_the_same_bits_and_another_does_not() {
     let first = bits(1);
     assert!(first == bits(1));
     assert!(first != bits(2));
+}
+
+#[test]
+fn replayed_strides_shake_as_the_physics_that_they_come_from() {
+    for (bump_m, seed) in [(0.0, 1), (0.03, 1)] {
+        let world = ground(bump_m, 0.0, seed);
+        let physics = walk(&world, &TrotSettings::default(), &AHEAD, 7.0, seed).measured();
+        let replay = TrotSettings { mode: GaitMode::Strides, ..TrotSettings::default() };
+        let strides = walk(&world, &replay, &AHEAD, 20.0, seed).measured();
+        let shaking = |one: &Measured| one.az_mps2[0].hypot(one.az_mps2[1]);
+        for (name, found, wanted, share) in [
+            ("az below 100 Hz", shaking(&strides), shaking(&physics), 0.2),
+            ("roll", strides.roll_deg, physics.roll_deg, 0.25),
+            ("pitch", strides.pitch_deg, physics.pitch_deg, 0.25),
+            ("bob", strides.bob_m, physics.bob_m, 0.25),
+        ] {
+            assert!((found / wanted - 1.0).abs() < share, "{name} on {bump_m} m: {found} against {wanted}");
+        }
+    }
 }
 
 #[test]

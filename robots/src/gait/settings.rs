@@ -13,6 +13,10 @@ pub enum GaitMode {
     Kinematic,
     /// Torques and contacts in the physics engine, kept upright by a controller.
     Physics,
+    /// The kinematic trot's path with strides of the physics gait, replayed from a library.
+    Strides,
+    /// The kinematic trot's path without any shaking, as on wheels: the control experiment.
+    Smooth,
 }
 
 /// How a robot walks, and how the kinematic trot shakes. Amplitudes are those at 0.5 m/s; they follow the speed.

@@ -20,6 +20,8 @@ pub(crate) struct Moving {
 /// What the gait adds to the trunk's motion.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Shaken {
+    /// Ahead, meters.
+    pub(crate) ahead: Moving,
     /// Up, meters.
     pub(crate) up: Moving,
     /// To the left, meters.
@@ -132,6 +134,7 @@ impl Shake {
         let bob = locked(settings.bob_m, 2.0, half_turn);
         let ripple = locked(settings.ripple_m, 4.0, 0.0);
         Shaken {
+            ahead: Moving::default(),
             up: plus(Moving { x: bob.x + ripple.x, rate: bob.rate + ripple.rate }, &self.up),
             left: locked(settings.sway_m, 1.0, 0.0),
             roll: plus(locked(settings.roll_deg.to_radians(), 1.0, 0.0), &self.roll),

@@ -5,7 +5,7 @@
 
 use super::legs::Legs;
 use super::planar::{Planar, Scatter, rotated};
-use super::shake::Shake;
+use super::shaker::{Beat, Shaker};
 use super::suspension::Suspension;
 use super::{Command, Ground, TrotSettings, TrunkMotion, TrunkState};
 use crate::go1;
@@ -23,15 +23,13 @@ pub struct KinematicTrot {
     settings: TrotSettings,
     tick_s: f64,
     strides: Stream,
-    touchdowns: Stream,
-    strengths: Stream,
     walking: bool,
     stride: u64,
     phase: f64,
     planar: Planar,
     legs: Legs,
     suspension: Suspension,
-    shake: Shake,
+    shake: Shaker,
     state: TrunkState,
 }
 
@@ -52,12 +50,10 @@ impl KinematicTrot {
         let planar = Planar::standing(&start);
         let legs = Legs::standing(&planar, ground);
         let suspension = Suspension::settled(&legs, &planar, &settings, tick_s);
-        let shake = Shake::still(&settings, tick_s);
+        let shake = Shaker::new(&settings, seed, tick_s);
         let mut trot = KinematicTrot {
             tick_s,
             strides: seed.stream("robot/trot/stride"),
-            touchdowns: seed.stream("robot/trot/touchdown"),
-            strengths: seed.stream("robot/trot/strength"),
             walking: false,
             stride: 0,
             phase: 0.0,
@@ -93,7 +89,7 @@ impl KinematicTrot {
         }
         let landed = self.legs.advance(self.phase, &self.planar, &self.settings, ground);
         for leg in (0..4).filter(|leg| landed[*leg]) {
-            self.shake.land(leg, &self.settings, self.touchdowns, self.stride);
+            self.shake.land(leg, &self.settings, self.stride);
         }
         let both_down = landed.contains(&true);
         if still && both_down && self.shake.is_quiet() && self.planar.pace_mps() < STOPPING_MPS {
@@ -108,10 +104,13 @@ impl KinematicTrot {
         let phase_rate = if self.walking { 1.0 / self.settings.period_s } else { 0.0 };
         let shaken = self.shake.at(self.phase, phase_rate, &self.settings);
         let planar = &self.planar;
-        let sway = rotated(Vector2::new(0.0, shaken.left.x), planar.yaw_rad);
+        let sway = rotated(Vector2::new(shaken.ahead.x, shaken.left.x), planar.yaw_rad);
         // The sway moves sideways and is carried around by the turn.
-        let sway_rate =
-            rotated(Vector2::new(-planar.turn_radps * shaken.left.x, shaken.left.rate), planar.yaw_rad);
+        let sway_rate = Vector2::new(
+            shaken.ahead.rate - planar.turn_radps * shaken.left.x,
+            shaken.left.rate + planar.turn_radps * shaken.ahead.x,
+        );
+        let sway_rate = rotated(sway_rate, planar.yaw_rad);
         let place = planar.place + sway;
         let velocity = planar.velocity_mps() + sway_rate;
         let roll = self.suspension.roll.x + shaken.roll.x;
@@ -158,7 +157,8 @@ impl TrunkMotion for KinematicTrot {
         let feet: [Point3<f64>; 4] = std::array::from_fn(|leg| {
             self.state.world_from_base.inverse_transform_point(&self.legs.feet[leg])
         });
-        self.shake.advance(pace_mps, self.stride, self.strengths, &feet, &self.settings);
+        let beat = Beat { phase: self.phase, stride: self.stride, pace_mps };
+        self.shake.advance(&beat, &self.planar, &feet, &self.legs.footholds, &self.settings);
         self.compose();
         &self.state
     }

@@ -1,10 +1,12 @@
 //! Walks of the physics gait and what is measured on them. Shared by the tests and by the study in `benches/gait.rs`.
 #![allow(dead_code)]
 
+pub(crate) mod strides;
+
 use arborloop_base::{Pose, Seed, Span, planar, pose2};
 use arborloop_robots::{
-    Body, Command, Fall, Follower, FollowerSettings, Ground, Route, TrotSettings, TrunkMotion, TrunkState,
-    go1,
+    Body, Command, Fall, Follower, FollowerSettings, GaitMode, Ground, KinematicTrot, Route, TrotSettings,
+    TrunkMotion, TrunkState, go1,
 };
 use arborloop_sim::PhysicsGait;
 use arborloop_worlds::{Planting, SurroundingsSpec, Terrain, TerrainSpec, World, WorldSpec, build};
@@ -54,11 +56,19 @@ pub(crate) struct Walk {
     pub(crate) speed_mps: f64,
 }
 
-/// Stands for half a second, then walks.
+/// Stands for half a second, then walks: by physics unless the settings ask for strides or a smooth ride.
 pub(crate) fn walk(world: &World, settings: &TrotSettings, guide: &Guide, seconds: f64, seed: u64) -> Walk {
-    let mut gait =
-        PhysicsGait::new(world, settings, pose2(0.0, 0.0, 0.0), Span::from_seconds(TICK_S), Seed(seed));
-    walk_on(&mut gait, world, guide, seconds)
+    let (start, tick) = (pose2(0.0, 0.0, 0.0), Span::from_seconds(TICK_S));
+    let mut gait: Box<dyn TrunkMotion> = match settings.mode {
+        GaitMode::Strides | GaitMode::Smooth => {
+            Box::new(KinematicTrot::new(settings.clone(), start, tick, &Soil(&world.terrain), Seed(seed)))
+        }
+        // The default mode too: this is the study of physics.
+        GaitMode::Kinematic | GaitMode::Physics => {
+            Box::new(PhysicsGait::new(world, settings, start, tick, Seed(seed)))
+        }
+    };
+    walk_on(gait.as_mut(), world, guide, seconds)
 }
 
 /// The same for any gait.
