@@ -113,3 +113,107 @@ impl Turbid {
         Some(hit)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Optics;
+    use super::*;
+    use arborloop_base::Time;
+    use arborloop_worlds::{
+        GrassSpec, Haze, Hinge, LeafAngle, Outline, Plant, Planting, Prototype, SurroundingsSpec, WindSpec,
+        WorldSpec, build,
+    };
+    use nalgebra::{Point3, Similarity3, UnitQuaternion};
+
+    /// Level ground, and haze of these outlines over x from 2 to 6 m in the plant frame, at this scale.
+    fn hazy(outlines: &[Outline], scale: f64) -> World {
+        let mut spec = WorldSpec {
+            grass: GrassSpec { height_m: 0.0, ..GrassSpec::default() },
+            planting: Planting::None,
+            surroundings: SurroundingsSpec { trees: 0, bushes: 0, ..SurroundingsSpec::default() },
+            wind: WindSpec::default(),
+            ..WorldSpec::default()
+        };
+        (spec.terrain.relief_m, spec.terrain.bump_m, spec.terrain.slope_deg) = (0.0, 0.0, 0.0);
+        let mut world = build(&spec, Seed(1));
+        let haze = |&outline: &Outline| Haze {
+            outline,
+            center: Point3::new(4.0, 0.0, 1.0),
+            half_size: Vector3::new(2.0, 1.0, 0.9),
+            leaf_area_per_m: 0.6,
+            leaf_angle: LeafAngle::Spherical,
+        };
+        world.prototypes = vec![Prototype {
+            leaves: Vec::new(),
+            haze: outlines.iter().map(haze).collect(),
+            branches: Vec::new(),
+            leaf_reflectivity_ratio: 0.5,
+            bark_reflectivity_ratio: 0.3,
+        }];
+        let foot = Point3::origin();
+        world.plants = vec![Plant {
+            prototype: 0,
+            world_from_plant: Similarity3::from_parts(foot.coords.into(), UnitQuaternion::identity(), scale),
+            instance: 7,
+            hinge: Hinge { foot, height_m: 2.0, fork: foot, reach_m: 1.0 },
+        }];
+        world
+    }
+
+    /// Share of level beams through the middle of the haze that nothing stops, and how many there were.
+    fn through(world: &World, height_m: f64) -> (f64, f64) {
+        let optics = Optics::new(world);
+        let stream = Seed(3).stream("depth");
+        let count = 20_000;
+        let free = (0..count).filter(|&n| {
+            let ray = Ray {
+                stamp: Time::SIMULATION_START,
+                origin: Point3::new(0.0, 0.0, height_m),
+                direction: Vector3::x(),
+                range_m_min: 0.0,
+                range_m_max: 40.0,
+                depth: stream.at(n).exponential(),
+            };
+            let hit = optics.cast(&ray);
+            assert!(hit.is_none_or(|hit| hit.class == Class::Leaf && hit.instance == 7));
+            hit.is_none()
+        });
+        (free.count() as f64 / count as f64, count as f64)
+    }
+
+    #[test]
+    fn haze_lets_light_through_as_beer_and_lambert_say_and_overlapping_volumes_add() {
+        let both = [Outline::Box, Outline::Ellipsoid];
+        for (outlines, scale, optical_depth) in [
+            // Four meters at G = 1/2 and 0.6 m2/m3. Grown to twice the size: twice as far, half as dense.
+            (&both[..1], 1.0, 1.2),
+            (&both[1..], 1.0, 1.2),
+            (&both[..], 1.0, 2.4),
+            (&both[..1], 2.0, 1.2),
+        ] {
+            let (share, count) = through(&hazy(outlines, scale), scale);
+            let law = f64::exp(-optical_depth);
+            let sigma = (law * (1.0 - law) / count).sqrt();
+            assert!((share - law).abs() < 4.0 * sigma, "{outlines:?} x {scale}: {share} {law}");
+        }
+    }
+
+    #[test]
+    fn a_budget_is_used_up_in_the_order_along_the_beam() {
+        let span = |from_m, to_m, extinction_per_m, medium| Span { from_m, to_m, extinction_per_m, medium };
+        let mut spans = vec![
+            span(5.0, 9.0, 0.5, Medium::Haze(1)),
+            span(1.0, 2.0, 1.0, Medium::Grass),
+            span(8.0, 12.0, 1.0, Medium::Haze(2)),
+        ];
+        // 1 in the grass, 1.5 in the first haze alone, 1.5 where both are, 3 in the second alone.
+        for (depth, wanted_m) in [(0.25, 1.25), (1.5, 6.0), (3.25, 8.5), (4.5, 9.5)] {
+            let (stop_m, _) = stop(&mut spans, depth, 100.0).unwrap();
+            assert!((stop_m - wanted_m).abs() < 1e-12, "{depth}: {stop_m}");
+        }
+        assert_eq!(stop(&mut spans, 0.25, 100.0).unwrap().1, Medium::Grass);
+        assert_eq!(stop(&mut spans, 7.5, 100.0), None);
+        assert_eq!(stop(&mut spans, 0.25, 1.2), None);
+        assert_eq!(stop(&mut [], 0.25, 1.2), None);
+    }
+}

@@ -417,3 +417,59 @@ fn placements_between_knots_are_the_wind_s_own_within_fifty_micrometers() {
     }
     assert!(worst < 50e-6, "{worst}");
 }
+
+/// Every leaf and the soil as triangles, world frame, for another library.
+fn triangles(world: &World) -> Vec<[Point3<f64>; 3]> {
+    let mut triangles = Vec::new();
+    for plant in &world.plants {
+        for leaf in &world.prototypes[plant.prototype].leaves {
+            let [a, b, c, d] = leaf.transformed(&plant.world_from_plant).corners();
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let terrain = &world.terrain;
+    let node = |column, row| terrain.node(column, row).unwrap();
+    for row in 0..terrain.grid().rows() - 1 {
+        for column in 0..terrain.grid().columns() - 1 {
+            let (a, c) = (node(column, row), node(column + 1, row + 1));
+            triangles.extend([[a, node(column + 1, row), c], [a, c, node(column, row + 1)]]);
+        }
+    }
+    triangles
+}
+
+#[test]
+fn parry_in_double_precision_meets_the_same_surfaces() {
+    use rapier3d_f64::parry::query::RayCast;
+    use rapier3d_f64::prelude as rapier;
+    let mut world = grove(0.0);
+    world.solids.clear();
+    world.prototypes.iter_mut().for_each(|prototype| prototype.branches.clear());
+    let corners: Vec<Point3<f64>> = triangles(&world).into_iter().flatten().collect();
+    let vertices = corners.iter().map(|p| rapier::Vector::new(p.x, p.y, p.z)).collect();
+    let faces = (0..corners.len() as u32 / 3).map(|n| [3 * n, 3 * n + 1, 3 * n + 2]).collect();
+    let mesh = rapier::TriMesh::new(vertices, faces).unwrap();
+    let stream = Seed(5).stream("pose");
+    let (mut odd, mut all) = (0, 0);
+    for pose in 0..4 {
+        let mut draws = stream.at(pose);
+        let aside = Vector3::new(draws.within(-1.0, 1.0), draws.within(-1.0, 1.0), 0.0);
+        let mut rays = sweep(Vector3::zeros(), 800);
+        rays.iter_mut().for_each(|ray| ray.origin += aside);
+        for (ray, hit) in rays.iter().zip(cast_all(&Optics::new(&world), &rays)) {
+            let (o, d) = (ray.origin, ray.direction);
+            let beam =
+                rapier::Ray::new(rapier::Vector::new(o.x, o.y, o.z), rapier::Vector::new(d.x, d.y, d.z));
+            let wanted = mesh.cast_local_ray(&beam, 100.0, true);
+            let same = match (hit, wanted) {
+                (Some(hit), Some(range_m)) => (hit.range_m - range_m).abs() <= 1e-3,
+                (None, None) => true,
+                _ => false,
+            };
+            all += 1;
+            odd += usize::from(!same);
+        }
+    }
+    // 50 ppm.
+    assert!(odd * 20_000 <= all, "{odd} of {all} rays differ");
+}
