@@ -178,9 +178,9 @@ impl Optics {
     ) -> Option<Hit> {
         let solid = seen.and_then(|seen| match seen.surface {
             Surface::Leaf { plant, .. } | Surface::Branch { plant, .. } => Some(if self.world.wind.blows() {
-                let moment = self.scene.moment(&self.world, plant, ray.stamp, worker);
-                let map = &moment.plant_from_world;
-                exact::on_plant(&self.world, &self.scene, plant, ray, seen, map, Some(&moment))
+                let moment = self.scene.swaying(&self.world, plant, ray.stamp, worker);
+                let map = moment.plant_from_world();
+                exact::on_plant(&self.world, &self.scene, plant, ray, seen, &map, Some(&moment))
             } else {
                 exact::on_plant(&self.world, &self.scene, plant, ray, seen, self.scene.at_rest(plant), None)
             }),

@@ -5,7 +5,7 @@
 //! frustum by the tracer's own distance at grazing incidence.
 
 use super::soil::Soil;
-use super::trace::{Map, Moment, Scene, Seen, Surface};
+use super::trace::{Between, Map, Scene, Seen, Surface};
 use super::{Hit, Ray, surface};
 use arborloop_base::Class;
 use arborloop_worlds::wind::{LEAVES_PER_SHOOT, own_turns};
@@ -65,7 +65,7 @@ pub(super) fn on_plant(
     ray: &Ray,
     seen: &Seen,
     plant_from_world: &Map,
-    moment: Option<&Moment>,
+    moment: Option<&Between>,
 ) -> Hit {
     let standing = &world.plants[plant];
     let prototype = &world.prototypes[standing.prototype];
@@ -75,7 +75,7 @@ pub(super) fn on_plant(
         Surface::Leaf { leaf: index, .. } => {
             let rest = &prototype.leaves[index];
             let direct = |shoot: usize| scene.shoot_direction(plant, shoot);
-            let now = moment.map_or(*rest, |moment| moment.leaf(index, rest, direct));
+            let now = moment.map_or(*rest, |moment| leaf_now(moment, index, rest, direct));
             (true, on_leaf(rest, &now, &origin, &direction, seen, moment.is_some()))
         }
         Surface::Branch { branch, .. } => {
@@ -154,21 +154,20 @@ fn cos_incidence(normal: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
     (normal.dot(direction).abs() / (normal.norm_squared() * direction.norm_squared()).sqrt()).min(1.0)
 }
 
-impl Moment {
-    /// Where a prototype's leaf is, plant frame; see [`arborloop_worlds::Sway::leaf`], which this repeats without calls
-    /// of the library's sines, to a ten-billionth. `direction` is the line along which a shoot moves.
-    #[inline(always)]
-    fn leaf(&self, index: usize, rest: &Leaf, direction: impl Fn(usize) -> Vector3<f64>) -> Leaf {
-        let shoot = index / LEAVES_PER_SHOOT;
-        let shift_m = self.shoot_m * sin_of_turns(self.shoot_turns[shoot % 4] + own_turns(shoot));
-        let angle_rad = self.leaf_rad * sin_of_turns(self.leaf_turns[index % 4] + own_turns(index));
-        let (sin, cos) = sin_cos_of_small(angle_rad);
-        let normal = rest.half_u.cross(&rest.half_v);
-        Leaf {
-            center: rest.center + direction(shoot) * shift_m,
-            half_u: rest.half_u,
-            half_v: rest.half_v * cos + normal * (sin / rest.half_u.norm().max(f64::MIN_POSITIVE)),
-        }
+/// Where a prototype's leaf is, plant frame; see [`arborloop_worlds::Sway::leaf`], which this repeats without calls of the
+/// library's sines, to a ten-billionth. `direction` is the line along which a shoot moves.
+#[inline(always)]
+fn leaf_now(moment: &Between, index: usize, rest: &Leaf, direction: impl Fn(usize) -> Vector3<f64>) -> Leaf {
+    let shoot = index / LEAVES_PER_SHOOT;
+    let (shoot_m, turns) = moment.shoots(shoot % 4);
+    let shift_m = shoot_m * sin_of_turns(turns + own_turns(shoot));
+    let (leaf_rad, turns) = moment.leaves(index % 4);
+    let (sin, cos) = sin_cos_of_small(leaf_rad * sin_of_turns(turns + own_turns(index)));
+    let normal = rest.half_u.cross(&rest.half_v);
+    Leaf {
+        center: rest.center + direction(shoot) * shift_m,
+        half_u: rest.half_u,
+        half_v: rest.half_v * cos + normal * (sin / rest.half_u.norm().max(f64::MIN_POSITIVE)),
     }
 }
 

@@ -67,7 +67,7 @@ impl Mist {
                     continue;
                 }
                 let plant = &world.plants[hazy.index];
-                let map = scene.moment(world, hazy.index, ray.stamp, worker).plant_from_world;
+                let map = scene.plant_from_world(world, hazy.index, ray.stamp, worker);
                 let (origin, direction) = (map.point(&ray.origin), map.vector(&ray.direction));
                 for haze in &world.prototypes[plant.prototype].haze {
                     let Some((from_m, to_m)) = through(haze, &origin, &direction) else { continue };

@@ -24,7 +24,7 @@ use arborloop_worlds::{Plant, Prototype, World};
 use ground::Soil;
 use lanes::{Isa, Lanes};
 use moment::Knots;
-pub(super) use moment::{Map, Moment};
+pub(super) use moment::{Between, Map};
 use nalgebra::{Affine3, Point3, Similarity3, Vector3};
 use node::{Child, Node};
 use pole::Pole;
@@ -140,11 +140,29 @@ impl Scene {
         simd::run(self.isa, Tracing { scene: self, world, rays, worker, seen });
     }
 
-    /// Where a plant is at an instant.
-    pub(super) fn moment(&self, world: &World, index: usize, stamp: Time, worker: &mut Worker) -> Moment {
+    /// Where a plant is at an instant, in a world where the wind blows.
+    #[inline(always)]
+    pub(super) fn swaying<'a>(
+        &self,
+        world: &World,
+        index: usize,
+        stamp: Time,
+        worker: &'a mut Worker,
+    ) -> Between<'a> {
+        worker.knots.at(&world.wind, &world.plants, index, stamp)
+    }
+
+    /// From the world to a plant at an instant.
+    pub(super) fn plant_from_world(
+        &self,
+        world: &World,
+        index: usize,
+        stamp: Time,
+        worker: &mut Worker,
+    ) -> Map {
         match world.wind.blows() {
-            true => worker.knots.at(&world.wind, &world.plants, index, stamp),
-            false => Moment::at_rest(self.plants[index].plant_from_world),
+            true => self.swaying(world, index, stamp, worker).plant_from_world(),
+            false => *self.at_rest(index),
         }
     }
 
@@ -327,13 +345,16 @@ impl<I: Isa> InWorld<'_, I> {
         let mut map = standing.plant_from_world;
         let flutter = if self.world.wind.blows() {
             let moment = self.knots.at(&self.world.wind, &self.world.plants, index, self.stamp);
-            map = moment.plant_from_world;
-            let flutter = Flutter::new::<I>(
-                moment.shoot_m as f32,
-                moment.shoot_turns.map(|turns| turns as f32),
-                moment.leaf_rad as f32,
-                moment.leaf_turns.map(|turns| turns as f32),
-            );
+            map = moment.plant_from_world();
+            let (mut shoots, mut leaves) = ([0.0; 4], [0.0; 4]);
+            let mut pitch = 0;
+            while pitch < 4 {
+                shoots[pitch] = moment.shoots(pitch).1 as f32;
+                leaves[pitch] = moment.leaves(pitch).1 as f32;
+                pitch += 1;
+            }
+            let (shoot_m, leaf_rad) = (moment.shoots(0).0 as f32, moment.leaves(0).0 as f32);
+            let flutter = Flutter::new::<I>(shoot_m, shoots, leaf_rad, leaves);
             margin_m += flutter.shoot_m + flutter.leaf_rad * grown.half_v_m_max;
             Some(flutter)
         } else {

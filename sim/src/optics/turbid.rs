@@ -105,8 +105,8 @@ impl Turbid {
             hit.transmittance_ratio = LEAF_TRANSMITTANCE_RATIO;
             if world.wind.blows() {
                 let now = ray.origin + ray.direction * range_m;
-                let moment = scene.moment(world, index, ray.stamp, worker);
-                let rest = plant.world_from_plant * moment.plant_from_world.point(&now);
+                let map = scene.plant_from_world(world, index, ray.stamp, worker);
+                let rest = plant.world_from_plant * map.point(&now);
                 hit.displacement_m = now - rest;
             }
         }

@@ -34,14 +34,14 @@ impl Map {
     }
 }
 
-/// One plant at one instant.
+/// One plant at one knot.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::optics) struct Moment {
-    pub(in crate::optics) plant_from_world: Map,
-    pub(in crate::optics) shoot_m: f64,
-    pub(in crate::optics) shoot_turns: [f64; 4],
-    pub(in crate::optics) leaf_rad: f64,
-    pub(in crate::optics) leaf_turns: [f64; 4],
+struct Moment {
+    plant_from_world: Map,
+    shoot_m: f64,
+    shoot_turns: [f64; 4],
+    leaf_rad: f64,
+    leaf_turns: [f64; 4],
 }
 
 const KNOT_NS: i64 = 2_000_000;
@@ -62,34 +62,85 @@ impl Knots {
     }
 
     /// The plant at an instant.
+    #[inline(always)]
     pub(in crate::optics) fn at(
         &mut self,
         wind: &Wind,
         plants: &[Plant],
         index: usize,
         stamp: Time,
-    ) -> Moment {
+    ) -> Between<'_> {
         let (knot, share) = (stamp.nanos().div_euclid(KNOT_NS), stamp.nanos().rem_euclid(KNOT_NS));
         let (known, ends) = &mut self.plants[index];
         if *known != knot {
-            let sway = |knot: i64| {
-                Moment::new(&wind.sway(index, &plants[index], Time::from_nanos(knot * KNOT_NS).seconds()))
-            };
-            ends[0] = if known.checked_add(1) == Some(knot) { ends[1] } else { sway(knot) };
-            ends[1] = sway(knot + 1);
+            tie(wind, plants, index, *known, knot, ends);
             *known = knot;
         }
-        ends[0].toward(&ends[1], share as f64 / KNOT_NS as f64)
+        Between { ends, share: share as f64 / KNOT_NS as f64 }
+    }
+}
+
+/// Computes the knots on both sides of an instant; the near one is often known as the far one of before.
+#[cold]
+#[inline(never)]
+fn tie(wind: &Wind, plants: &[Plant], index: usize, known: i64, knot: i64, ends: &mut [Moment; 2]) {
+    let sway = |knot: i64| {
+        Moment::new(&wind.sway(index, &plants[index], Time::from_nanos(knot * KNOT_NS).seconds()))
+    };
+    ends[0] = if known.checked_add(1) == Some(knot) { ends[1] } else { sway(knot) };
+    ends[1] = sway(knot + 1);
+}
+
+/// An instant between two knots.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::optics) struct Between<'a> {
+    ends: &'a [Moment; 2],
+    share: f64,
+}
+
+impl Between<'_> {
+    #[inline(always)]
+    fn mixed(&self, a: f64, b: f64) -> f64 {
+        a + (b - a) * self.share
+    }
+
+    /// From the world to the plant.
+    #[inline(always)]
+    pub(in crate::optics) fn plant_from_world(&self) -> Map {
+        let mut map = self.ends[0].plant_from_world;
+        for row in 0..3 {
+            for column in 0..4 {
+                let next = self.ends[1].plant_from_world.0[row][column];
+                map.0[row][column] = self.mixed(map.0[row][column], next);
+            }
+        }
+        map
+    }
+
+    /// How far shoots shift at most, meters, and the phase of shoots `4 n + pitch`, turns in [0, 2).
+    #[inline(always)]
+    pub(in crate::optics) fn shoots(&self, pitch: usize) -> (f64, f64) {
+        let [a, b] = self.ends;
+        (self.mixed(a.shoot_m, b.shoot_m), self.phase(a.shoot_turns[pitch], b.shoot_turns[pitch]))
+    }
+
+    /// How far leaves turn at most, radians, and the phase of leaves `4 n + pitch`, turns in [0, 2).
+    #[inline(always)]
+    pub(in crate::optics) fn leaves(&self, pitch: usize) -> (f64, f64) {
+        let [a, b] = self.ends;
+        (self.mixed(a.leaf_rad, b.leaf_rad), self.phase(a.leaf_turns[pitch], b.leaf_turns[pitch]))
+    }
+
+    /// A phase advances by a small part of a turn between two knots, and it may pass a whole one.
+    #[inline(always)]
+    fn phase(&self, from: f64, to: f64) -> f64 {
+        let ahead = to - from;
+        from + self.share * if ahead < -0.5 { ahead + 1.0 } else { ahead }
     }
 }
 
 impl Moment {
-    /// In still air.
-    pub(in crate::optics) fn at_rest(plant_from_world: Map) -> Self {
-        Moment { plant_from_world, shoot_m: 0.0, shoot_turns: [0.0; 4], leaf_rad: 0.0, leaf_turns: [0.0; 4] }
-    }
-
-    pub(in crate::optics) fn new(sway: &Sway) -> Self {
+    fn new(sway: &Sway) -> Self {
         let inverse = sway.world_from_plant.try_inverse();
         Moment {
             // A map without inverse flattens the plant: it is then nowhere.
@@ -100,30 +151,4 @@ impl Moment {
             leaf_turns: sway.leaf_turns,
         }
     }
-
-    #[inline(always)]
-    fn toward(&self, next: &Moment, share: f64) -> Moment {
-        let mut moment = *self;
-        let between = |a: f64, b: f64| a + (b - a) * share;
-        for row in 0..3 {
-            for column in 0..4 {
-                let (a, b) = (self.plant_from_world.0[row][column], next.plant_from_world.0[row][column]);
-                moment.plant_from_world.0[row][column] = between(a, b);
-            }
-        }
-        moment.shoot_m = between(self.shoot_m, next.shoot_m);
-        moment.leaf_rad = between(self.leaf_rad, next.leaf_rad);
-        for pitch in 0..4 {
-            moment.shoot_turns[pitch] += share * step(self.shoot_turns[pitch], next.shoot_turns[pitch]);
-            moment.leaf_turns[pitch] += share * step(self.leaf_turns[pitch], next.leaf_turns[pitch]);
-        }
-        moment
-    }
-}
-
-/// How far a phase advances between two knots: it is a small part of a turn, and it may pass a whole one.
-#[inline(always)]
-fn step(from: f64, to: f64) -> f64 {
-    let ahead = to - from;
-    if ahead < -0.5 { ahead + 1.0 } else { ahead }
 }

@@ -408,9 +408,10 @@ fn placements_between_knots_are_the_wind_s_own_within_fifty_micrometers() {
             let wanted = world.wind.sway(index, plant, stamp.seconds());
             // The farthest tip.
             let tip = Point3::new(0.8, 0.8, 1.8);
-            worst = worst.max((found.plant_from_world.point(&(wanted.world_from_plant * tip)) - tip).norm());
+            worst =
+                worst.max((found.plant_from_world().point(&(wanted.world_from_plant * tip)) - tip).norm());
             for pitch in 0..4 {
-                let apart = found.leaf_turns[pitch] - wanted.leaf_turns[pitch];
+                let apart = found.leaves(pitch).1 - wanted.leaf_turns[pitch];
                 assert!((apart - apart.round()).abs() < 1e-9);
             }
         }
