@@ -29,6 +29,7 @@ use arborloop_base::os1::Os1;
 use arborloop_base::vlp16::ReturnMode;
 use arborloop_base::{Label, Pose, Span, Stream, Sweep, Time, Wire};
 use body::Body;
+pub(crate) use body::Stance;
 use cast::Scratch;
 use footprint::{SubRay, footprint};
 use nalgebra::{Point3, UnitQuaternion};

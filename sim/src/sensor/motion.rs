@@ -1,5 +1,6 @@
 //! The body's true motion over the last moments, one pose a tick, for sensors that fire between ticks.
 
+use crate::sensor::lidar::Stance;
 use arborloop_base::{Pose, Span, Time};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::collections::VecDeque;
@@ -9,7 +10,7 @@ pub(crate) struct Motion {
     tick: Span,
     first: Time,
     poses: VecDeque<Pose>,
-    joint_angles_rad: VecDeque<[f64; 12]>,
+    stances: VecDeque<Stance>,
     kept: usize,
 }
 
@@ -29,7 +30,7 @@ impl Motion {
             tick,
             first: now,
             poses: VecDeque::from([pose]),
-            joint_angles_rad: VecDeque::from([[0.0; 12]]),
+            stances: VecDeque::from([Stance::of(&[0.0; 12])]),
             kept,
         }
     }
@@ -37,10 +38,10 @@ impl Motion {
     /// The pose and the joints' angles one tick later.
     pub(crate) fn push_body(&mut self, pose: Pose, joint_angles_rad: [f64; 12]) {
         self.poses.push_back(pose);
-        self.joint_angles_rad.push_back(joint_angles_rad);
+        self.stances.push_back(Stance::of(&joint_angles_rad));
         if self.poses.len() > self.kept {
             self.poses.pop_front();
-            self.joint_angles_rad.pop_front();
+            self.stances.pop_front();
             self.first += self.tick;
         }
     }
@@ -51,10 +52,10 @@ impl Motion {
         self.push_body(pose, [0.0; 12]);
     }
 
-    /// The joints' angles at the tick before an instant, radians; the nearest kept ones outside.
-    pub(crate) fn joint_angles_rad(&self, stamp: Time) -> [f64; 12] {
+    /// Where the legs were at the tick before an instant; at the nearest kept one outside.
+    pub(crate) fn stance(&self, stamp: Time) -> &Stance {
         let after = (stamp - self.first).nanos().max(0) / self.tick.nanos();
-        self.joint_angles_rad[(after as usize).min(self.joint_angles_rad.len() - 1)]
+        &self.stances[(after as usize).min(self.stances.len() - 1)]
     }
 
     /// The tick that holds an instant, and how far into it the instant is, in [0, 1]; the nearest kept one outside.

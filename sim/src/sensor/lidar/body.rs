@@ -14,8 +14,6 @@ pub(super) struct Body {
 
 /// No part of the body is farther from the base's axis, meters: trunk, and a leg stretched out.
 const REACH_M: f64 = 0.65;
-/// No part of it is farther to the side, meters.
-const ASIDE_M: f64 = 0.5;
 /// Radii of thigh and calf, meters; assumed: half the width of a1.urdf's boxes.
 const THIGH_RADIUS_M: f64 = 0.02;
 const CALF_RADIUS_M: f64 = 0.012;
@@ -43,19 +41,13 @@ impl Body {
         origin.z + reach_m * elevation_rad.tan() < self.top_m || origin.z < self.top_m
     }
 
-    /// What a beam meets of the body first, base frame, for joint angles in radians.
+    /// What a beam meets of the body first, base frame, with the legs in a stance.
     pub(super) fn cast(
         &self,
         origin: &Point3<f64>,
         direction: &Vector3<f64>,
-        joint_angles_rad: &[f64; 12],
+        stance: &Stance,
     ) -> Option<Hit> {
-        // Most beams pass beside the space that trunk and legs can fill.
-        let space = Vector3::new(REACH_M, ASIDE_M, REACH_M);
-        let sunk = origin - Vector3::z() * (self.top_m - REACH_M);
-        if sunk.z > REACH_M && cross_box(&space, &sunk, direction).is_none() {
-            return None;
-        }
         let mut nearest: Option<(f64, f64)> = None;
         let mut offer = |met: Option<(f64, Vector3<f64>)>| {
             if let Some((range_m, normal)) = met
@@ -68,11 +60,11 @@ impl Body {
             let met = cross_box(half, &(shape_from_base * origin), &(shape_from_base * direction));
             offer(met.map(|(range_m, normal)| (range_m, shape_from_base.rotation.inverse() * normal)));
         }
-        for leg in 0..4 {
-            let angles = [0, 1, 2].map(|joint| joint_angles_rad[3 * leg + joint]);
-            let [shoulder, knee, foot] = joints(leg, angles);
-            offer(cross_capsule(&shoulder, &knee, THIGH_RADIUS_M, origin, direction));
-            offer(cross_capsule(&knee, &foot, CALF_RADIUS_M, origin, direction));
+        if stance.may_be_met(origin, direction) {
+            for [shoulder, knee, foot] in &stance.legs {
+                offer(cross_capsule(shoulder, knee, THIGH_RADIUS_M, origin, direction));
+                offer(cross_capsule(knee, foot, CALF_RADIUS_M, origin, direction));
+            }
         }
         nearest.map(|(range_m, cos_incidence)| Hit {
             range_m,
@@ -83,6 +75,37 @@ impl Body {
             transmittance_ratio: 0.0,
             displacement_m: Vector3::zeros(),
         })
+    }
+}
+
+/// Where the legs are at one instant, base frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stance {
+    legs: [[Point3<f64>; 3]; 4],
+    low: Point3<f64>,
+    high: Point3<f64>,
+}
+
+impl Stance {
+    /// Of joint angles in radians.
+    pub(crate) fn of(joint_angles_rad: &[f64; 12]) -> Self {
+        let legs: [_; 4] =
+            std::array::from_fn(|leg| joints(leg, [0, 1, 2].map(|joint| joint_angles_rad[3 * leg + joint])));
+        let margin = Vector3::repeat(THIGH_RADIUS_M);
+        let mut stance = Stance { legs, low: legs[0][0], high: legs[0][0] };
+        for joint in legs.iter().flatten() {
+            stance.low = stance.low.inf(&(joint - margin));
+            stance.high = stance.high.sup(&(joint + margin));
+        }
+        stance
+    }
+
+    /// Whether a beam comes through the box around all legs; most pass it.
+    fn may_be_met(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> bool {
+        let (middle, half) = (nalgebra::center(&self.low, &self.high), (self.high - self.low) / 2.0);
+        let from_middle = Point3::from(origin - middle);
+        let inside = from_middle.coords.abs() <= half;
+        inside || cross_box(&half, &from_middle, direction).is_some()
     }
 }
 
@@ -156,8 +179,9 @@ mod tests {
     fn a_beam_straight_down_meets_the_trunk_and_one_to_the_knee_the_leg() {
         let body = Body::go1();
         let angles = [0.0, 0.9, -1.8, 0.0, 0.9, -1.8, 0.0, 0.9, -1.8, 0.0, 0.9, -1.8];
+        let stance = Stance::of(&angles);
         let above = Point3::new(0.02, 0.01, 0.3);
-        let hit = body.cast(&above, &-Vector3::z(), &angles).unwrap();
+        let hit = body.cast(&above, &-Vector3::z(), &stance).unwrap();
         assert!((hit.range_m - (0.3 - go1::TRUNK_SIZE_M[2] / 2.0)).abs() < 1e-12);
         assert_eq!((hit.class, hit.cos_incidence), (Class::Robot, 1.0));
         for leg in 0..4 {
@@ -167,10 +191,10 @@ mod tests {
             // From beside, square to the leg's plane, at the middle of the calf.
             let target = nalgebra::center(&knee, &foot);
             let from = target + Vector3::y() * (3.0 * target.y.signum());
-            let hit = body.cast(&from, &(target - from).normalize(), &angles).unwrap();
+            let hit = body.cast(&from, &(target - from).normalize(), &stance).unwrap();
             assert!((hit.range_m - (3.0 - CALF_RADIUS_M)).abs() < 1e-9, "leg {leg}: {hit:?}");
         }
-        assert!(body.cast(&above, &Vector3::z(), &angles).is_none());
+        assert!(body.cast(&above, &Vector3::z(), &stance).is_none());
     }
 
     #[test]
@@ -189,7 +213,7 @@ mod tests {
             let flat = elevation_rad.cos();
             let direction =
                 Vector3::new(flat * azimuth_rad.cos(), flat * azimuth_rad.sin(), elevation_rad.sin());
-            let hit = body.cast(&Point3::new(0.0, 0.0, 0.16), &direction, &angles);
+            let hit = body.cast(&Point3::new(0.0, 0.0, 0.16), &direction, &Stance::of(&angles));
             met += u32::from(hit.is_some());
             assert!(
                 hit.is_none() || body.is_near(&Point3::new(0.0, 0.0, 0.16), elevation_rad),

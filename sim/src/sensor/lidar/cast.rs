@@ -107,16 +107,24 @@ impl Lidar {
         let (sin_azimuth, cos_azimuth) = arborloop_base::wrap_angle(shot.azimuth_rad).sin_cos();
         let (moment, share) = around.motion.moment(shot.stamp);
         let world_from_lidar = moment.pose(share) * self.base_from_lidar;
+        let (exit, along) =
+            (self.exit(&shot), Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin));
         let mut ray = Ray {
             stamp: shot.stamp,
-            origin: world_from_lidar * self.exit(&shot),
-            direction: world_from_lidar
-                * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin),
+            origin: world_from_lidar * exit,
+            direction: world_from_lidar * along,
             range_m_min: 0.0,
             range_m_max: self.spec.range_m_max,
             depth: shot.draws.exponential(),
         };
-        scratch.bodies.push(self.stop_at_body(beam, &mut ray, around));
+        let body = if beam.near_body {
+            let (origin, direction) = (self.base_from_lidar * exit, self.base_from_lidar * along);
+            self.body.cast(&origin, &direction, around.motion.stance(shot.stamp))
+        } else {
+            None
+        };
+        ray.range_m_max = body.map_or(ray.range_m_max, |hit| hit.range_m.min(ray.range_m_max));
+        scratch.bodies.push(body);
         scratch.rays.push(ray);
         let share = self.footprint[0].share;
         scratch.owners.push(Owner { shot: scratch.shots.len(), sub_ray: 0, layer: 0, share });
@@ -161,7 +169,7 @@ impl Lidar {
         }
     }
 
-    /// What a ray meets of the robot's own body; nothing behind it counts.
+    /// What a ray beside the middle one meets of the robot's own body; nothing behind it counts.
     fn stop_at_body(&self, beam: &Beam, ray: &mut Ray, around: Surroundings<'_>) -> Option<Hit> {
         if !beam.near_body {
             return None;
@@ -169,7 +177,7 @@ impl Lidar {
         let (moment, share) = around.motion.moment(ray.stamp);
         let base_from_world = moment.pose(share).inverse();
         let (origin, direction) = (base_from_world * ray.origin, base_from_world * ray.direction);
-        let hit = self.body.cast(&origin, &direction, &around.motion.joint_angles_rad(ray.stamp))?;
+        let hit = self.body.cast(&origin, &direction, around.motion.stance(ray.stamp))?;
         ray.range_m_max = ray.range_m_max.min(hit.range_m);
         Some(hit)
     }
