@@ -120,6 +120,53 @@ fn the_points_of_a_data_set_lie_where_the_labels_say_within_the_noise() {
 }
 
 #[test]
+fn whatever_the_lidar_and_its_faults_a_recording_holds_the_sweeps_of_the_run_to_the_bit() {
+    let fault = |rest: &str| format!("fault=[{{from_s=0.25,for_s=0.3,{rest}}}]");
+    let cases = [
+        vec![fault("kind='blackout'")],
+        vec![fault("kind='frozen_stamps'")],
+        vec![fault("kind='skewed_stamps',offset_s=-0.04")],
+        vec![fault("kind='swapped_rings',rings=[3,12]")],
+        vec![fault("kind='dropped_packets',ratio=0.5")],
+        vec![fault("kind='dropped_packets',ratio=1.0")],
+        vec![fault("kind='dirt_sector',azimuth_deg_min=-30,azimuth_deg_max=30")],
+        vec!["lidar.returns=dual".into(), "weather.fog_visibility_m=50".into()],
+        vec![
+            "lidar.model=os1-16".into(),
+            "lidar.sub_rays=5".into(),
+            fault("kind='dropped_packets',ratio=0.5"),
+        ],
+    ];
+    for case in cases {
+        let mut changes = vec!["run.duration_s_max=0.7"];
+        changes.extend(case.iter().map(String::as_str));
+        let scenario = cone_field(&changes);
+        for clouds in [false, true] {
+            let dir = tempfile::tempdir().unwrap();
+            let settings = RecorderSettings {
+                name: "run".into(),
+                clouds,
+                wire: scenario.wire(),
+                base_from_lidar: rig().base_from_lidar,
+                ..RecorderSettings::default()
+            };
+            let mut recorder = Recorder::create(dir.path(), settings).unwrap();
+            let mut seen = Seen::default();
+            check_into(&scenario, &[], Driver::Truth, &mut Both(&mut recorder, &mut seen));
+            recorder.finish().unwrap();
+            assert_eq!(seen.sweeps.len(), 7);
+            assert!(
+                seen.sweeps
+                    .iter()
+                    .zip(&seen.labels)
+                    .all(|(sweep, labels)| sweep.returns.len() == labels.len())
+            );
+            assert!(sweeps(dir.path()) == seen.sweeps, "{changes:?}, clouds {clouds}");
+        }
+    }
+}
+
+#[test]
 fn a_run_that_is_killed_leaves_the_sweeps_before_its_end() {
     let dir = tempfile::tempdir().unwrap();
     let mut recorder = recorder(dir.path(), false);

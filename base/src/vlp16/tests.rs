@@ -82,3 +82,71 @@ fn bytes_of_another_sensor_are_refused() {
     odd.returns[3].fired_after = Span::from_nanos(1);
     assert!(matches!(encode(&odd), Err(WireError::Firing { index: 3, .. })));
 }
+
+/// A turn in which every third firing has a second echo behind its first.
+fn dual_sweep(cycles: usize) -> Sweep {
+    let mut sweep = turning_sweep(cycles);
+    let returns = std::mem::take(&mut sweep.returns);
+    for (n, one) in returns.into_iter().enumerate() {
+        sweep.returns.push(one);
+        if let (Some(range_m), 0) = (one.range_m, (n / 16 + n) % 3) {
+            sweep.returns.push(Return { number: 1, range_m: Some(range_m + 3.0), intensity: 7.0, ..one });
+        }
+    }
+    sweep
+}
+
+#[test]
+fn dual_packets_hold_the_last_echo_in_even_blocks_and_the_strongest_in_odd_ones() {
+    let sweep = dual_sweep(100);
+    let packets = encode_as(&sweep, ReturnMode::Dual).unwrap();
+    // Half as many firings a packet (manual p. 57).
+    assert_eq!(packets.len(), 100_usize.div_ceil(12));
+    assert_eq!((packets[1].stamp - packets[0].stamp).nanos(), 12 * 55_296);
+    let range_m = |echo: &[u8]| f64::from(u16::from_le_bytes([echo[0], echo[1]])) * DISTANCE_STEP_M;
+    let (mut same, mut apart) = (0, 0);
+    for packet in &packets {
+        assert_eq!(packet.payload[1204..], [0x39, 0x22]);
+        let blocks: Vec<&[u8]> = packet.payload[..1200].chunks_exact(100).collect();
+        for pair in blocks.chunks_exact(2) {
+            let [last, strongest] = pair else { unreachable!("pairs have two blocks") };
+            assert_eq!(last[..4], strongest[..4]);
+            for (last, strongest) in last[4..].chunks_exact(3).zip(strongest[4..].chunks_exact(3)) {
+                if last == strongest {
+                    same += 1;
+                } else {
+                    assert!((range_m(last) - range_m(strongest) - 3.0).abs() <= 2.0 * DISTANCE_STEP_M);
+                    assert_eq!(last[2], 7);
+                    apart += 1;
+                }
+            }
+        }
+    }
+    assert!(same > 500 && apart > 300, "{same} single, {apart} double");
+    let once = decode(&packets, sweep.end).unwrap();
+    assert_eq!(once.returns.len(), sweep.returns.len());
+    assert_eq!(once, decode(&encode_as(&once, ReturnMode::Dual).unwrap(), once.end).unwrap());
+    assert!(encode(&sweep).is_err(), "a single-return packet has no place for a second echo");
+}
+
+#[test]
+fn a_lost_packet_leaves_a_gap_and_the_bearings_around_it_as_they_were() {
+    let sweep = turning_sweep(240);
+    let mut packets = encode(&sweep).unwrap();
+    let whole = decode(&packets, sweep.end).unwrap();
+    packets.remove(4);
+    let gap = decode(&packets, sweep.end).unwrap();
+    let kept = whole.returns.iter().enumerate().filter(|(n, _)| !(4 * 384..5 * 384).contains(n));
+    assert_eq!(gap.returns.len(), 240 * 16 - 384);
+    for (one, (_, before)) in gap.returns.iter().zip(kept) {
+        assert_eq!(
+            (one.fired_after, one.range_m, one.ring),
+            (before.fired_after, before.range_m, before.ring)
+        );
+        // The last block before the gap goes on at the pace before: a step of 0.01 degree at most.
+        assert!(wrap_angle(one.azimuth_rad - before.azimuth_rad).abs() <= 1.01 * TAU / 36_000.0);
+    }
+    // Written again, the gap is still a gap.
+    assert_eq!(encode(&gap).unwrap().len(), packets.len());
+    assert_eq!(decode(&encode(&gap).unwrap(), gap.end).unwrap(), gap);
+}

@@ -150,7 +150,8 @@ impl Lidar {
             for (place, shot) in shots.clone().enumerate() {
                 let ray = scratch.rays[middle + place];
                 let along = ray.direction;
-                // Across the beam and level with the body's horizon to within its tilt: the ellipse turns with it.
+                // Across the beam and level with the world's horizon: the ellipse is off by the body's tilt, a few
+                // degrees of its roll that no footprint shows.
                 let left = Vector3::z().cross(&along);
                 let left = left.try_normalize(1e-9).unwrap_or_else(Vector3::x);
                 let up = along.cross(&left);

@@ -158,11 +158,13 @@ impl Lidar {
                 }
                 FaultSpec::SwappedRings { rings, .. } => self.swap(*rings, struck, answers),
                 FaultSpec::DroppedPackets { ratio, .. } => {
-                    let chance = self.noise.child(FAULTS + number as u64);
-                    for answer in answers.iter_mut().filter(|answer| struck(answer)) {
-                        let packet = cycles.start
-                            + (answer.cycle - cycles.start) / self.packet_cycles * self.packet_cycles;
-                        if chance.at(packet as u64).chance(*ratio) {
+                    let (chance, time) = (self.noise.child(FAULTS + number as u64), fault.time());
+                    for answer in answers.iter_mut().filter(|answer| cycles.contains(&answer.cycle)) {
+                        let within = (answer.cycle - cycles.start) % self.packet_cycles;
+                        let packet = answer.cycle - within;
+                        // A packet is lost whole, or not: its first firing says whether the fault is on.
+                        let struck = time.contains(&self.schedule.start(packet));
+                        if struck && chance.at(packet as u64).chance(*ratio) {
                             answer.dropped = true;
                             if self.spec.model.wire == WireForm::Ouster {
                                 // A frame has no gaps: its lost columns are misses.
