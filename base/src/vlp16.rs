@@ -102,7 +102,7 @@ pub enum WireError {
     },
     /// The return mode or the product byte is another's.
     #[error(
-        "packet factory bytes are 0x{mode:02x} 0x{product:02x}; wanted 0x37, 0x38 or 0x39 (return mode) and 0x22 (VLP-16)"
+        "packet factory bytes are 0x{mode:02x} 0x{product:02x}; wanted 0x37, 0x38 or 0x39 (return mode) and 0x22 (VLP-16; 0x21 of early heads at a VLP-16's pace)"
     )]
     Factory {
         /// Return mode byte.

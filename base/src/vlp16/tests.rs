@@ -83,6 +83,31 @@ fn bytes_of_another_sensor_are_refused() {
     assert!(matches!(encode(&odd), Err(WireError::Firing { index: 3, .. })));
 }
 
+#[test]
+fn an_early_head_with_the_hdl_32es_byte_is_read_and_an_hdl_32e_is_not() {
+    let packets = encode(&turning_sweep(72)).unwrap();
+    let end = packets[2].stamp + CYCLE_STEP * 24;
+    let early: Vec<Packet> = packets
+        .iter()
+        .map(|packet| {
+            let mut early = packet.clone();
+            early.payload[1205] = 0x21;
+            early
+        })
+        .collect();
+    assert_eq!(decode(&early, end), decode(&packets, end));
+    // An HDL-32E sends a packet every 0.553 ms.
+    let hurried: Vec<Packet> = early
+        .iter()
+        .enumerate()
+        .map(|(n, packet)| Packet {
+            stamp: packets[0].stamp + Span::from_nanos(552_960 * n as i64),
+            ..packet.clone()
+        })
+        .collect();
+    assert_eq!(decode(&hurried, end), Err(WireError::Factory { mode: 0x37, product: 0x21 }));
+}
+
 /// A turn in which every third firing has a second echo behind its first.
 fn dual_sweep(cycles: usize) -> Sweep {
     let mut sweep = turning_sweep(cycles);

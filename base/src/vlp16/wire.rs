@@ -13,6 +13,10 @@ const BLOCKS: usize = 12;
 const BLOCK_BYTES: usize = 100;
 const BLOCK_FLAG: [u8; 2] = [0xff, 0xee];
 const PRODUCT_VLP16: u8 = 0x22;
+/// The HDL-32E's byte. Early VLP-16s say it too: the real capture that the tests read does.
+const PRODUCT_EARLY: u8 = 0x21;
+/// A VLP-16's packets are 1.327 ms apart (half of that in dual mode), an HDL-32E's 0.553 ms.
+const PACE: Span = Span::from_nanos(620_000);
 const HUNDREDTHS: i64 = 36_000;
 
 /// Packs a sweep of a VLP-16 in strongest-return mode; see [`encode_as`].
@@ -109,8 +113,9 @@ pub fn decode(packets: &[Packet], end: Time) -> Result<Sweep, WireError> {
     let mut sweep =
         Sweep { start, end, rings: LASERS as u16, returns: Vec::with_capacity(packets.len() * 384) };
     let mut pairs: Vec<Pair<'_>> = Vec::with_capacity(packets.len() * BLOCKS);
+    let paced = packets.len() > 1 && packets.windows(2).all(|pair| pair[1].stamp - pair[0].stamp > PACE);
     for packet in packets {
-        pairs_of(packet, &mut pairs)?;
+        pairs_of(packet, paced, &mut pairs)?;
     }
     // A gap of a whole packet is one that got lost; the stamps of a real recording jitter by less.
     let lost = CYCLE_STEP * 24;
@@ -143,10 +148,11 @@ pub fn decode(packets: &[Packet], end: Time) -> Result<Sweep, WireError> {
     Ok(sweep)
 }
 
-fn pairs_of<'a>(packet: &'a Packet, pairs: &mut Vec<Pair<'a>>) -> Result<(), WireError> {
+/// `paced` says whether the packets come as slowly as a VLP-16's.
+fn pairs_of<'a>(packet: &'a Packet, paced: bool, pairs: &mut Vec<Pair<'a>>) -> Result<(), WireError> {
     let (mode_byte, product) = (packet.payload[1204], packet.payload[1205]);
     let mode = ReturnMode::of_byte(mode_byte)
-        .filter(|_| product == PRODUCT_VLP16)
+        .filter(|_| product == PRODUCT_VLP16 || (product == PRODUCT_EARLY && paced))
         .ok_or(WireError::Factory { mode: mode_byte, product })?;
     let mut add = |number: usize, block: &'a [u8], last: Option<&'a [u8]>| {
         if block[..2] == BLOCK_FLAG {
