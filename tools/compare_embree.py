@@ -84,7 +84,7 @@ def main():
     arguments.add_argument("--ways", default="flat1,inst16", help="of " + ", ".join(WAYS))
     arguments.add_argument("--engine", help="a bench binary that exists already")
     arguments.add_argument("--other", action="append", default=[],
-                           help="a command that serves the folder it is given, like tools/rapier_rays")
+                           help="a command that serves another engine on the folder that it is given")
     wanted = arguments.parse_args()
     binary = wanted.engine or engine()
     ways = wanted.ways.split(",")

@@ -5,6 +5,7 @@
 //! the packet into its moved frame, and its shoots' boxes are held to be wider by as much as they move at that moment.
 //! What is met, and nothing else, is decided here; distances come from [`super::exact`].
 
+mod descent;
 mod ground;
 mod lanes;
 mod moment;
@@ -22,7 +23,6 @@ use super::{Ray, surface};
 use arborloop_base::Time;
 use arborloop_worlds::{Plant, Prototype, World};
 use ground::Soil;
-use lanes::{Isa, Lanes};
 use moment::Knots;
 pub(super) use moment::{Between, Map};
 use nalgebra::{Affine3, Point3, Similarity3, Vector3};
@@ -30,7 +30,7 @@ use node::{Child, Node};
 use pole::Pole;
 use shoot::{Flutter, Shoot};
 pub use simd::InstructionSet;
-use walk::{Beams, Met, Nearest, Pending, Visit};
+use walk::Pending;
 
 /// Boxes are this much wider than what is in them, meters: more than single precision loses at a kilometer.
 const MARGIN_M: f32 = 3e-4;
@@ -156,7 +156,7 @@ impl Scene {
     /// What each ray meets first, in order; `seen` is as long as `rays`.
     pub(super) fn trace(&self, world: &World, rays: &[Ray], worker: &mut Worker, seen: &mut [Option<Seen>]) {
         assert_eq!(rays.len(), seen.len(), "one answer a ray");
-        simd::run(self.isa, Tracing { scene: self, world, rays, worker, seen });
+        simd::run(self.isa, descent::Tracing { scene: self, world, rays, worker, seen });
     }
 
     /// Where a plant is at an instant, in a world where the wind blows.
@@ -254,188 +254,6 @@ impl Grown {
             shoots,
             branches: prototype.branches.iter().map(|branch| Pole::new(branch, &Point3::origin())).collect(),
             half_v_m_max: half_v_m.fold(0.0, f64::max) as f32,
-        }
-    }
-}
-
-/// Tracing a list of rays, packet by packet.
-struct Tracing<'a> {
-    scene: &'a Scene,
-    world: &'a World,
-    rays: &'a [Ray],
-    worker: &'a mut Worker,
-    seen: &'a mut [Option<Seen>],
-}
-
-impl simd::Job for Tracing<'_> {
-    type Out = ();
-
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let mut done = 0;
-        while done < self.rays.len() {
-            let end = (done / packet::GROUP + 1) * packet::GROUP;
-            let packet = packet::first(&self.rays[done..end.min(self.rays.len())]);
-            let wide = packet.wide::<I>();
-            let mut nearest = Nearest::<I>::new(wide.begin, wide.end);
-            let origin = packet.origin - self.scene.center;
-            let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
-            let beams = Beams::<I>::new(origin, wide.direction, wide.mask);
-            let Worker { knots, placed, stack } = &mut *self.worker;
-            let mut visit = InWorld {
-                scene: self.scene,
-                world: self.world,
-                packet_origin: packet.origin,
-                stamp: packet.stamp,
-                beams: &beams,
-                knots,
-                placed,
-            };
-            walk::walk(&self.scene.top, &beams, wide.mask, MARGIN_M, &mut nearest, stack, &mut visit);
-            let mut ranges = [0.0_f32; packet::GROUP];
-            nearest.range.store(&mut ranges);
-            let mut lane = 0;
-            while lane < packet.rays.len() {
-                self.seen[done + lane] = self
-                    .scene
-                    .surface(nearest.met[lane])
-                    .map(|surface| Seen { surface, range_m: packet.own_range_m(lane, ranges[lane]) });
-                lane += 1;
-            }
-            done += packet.rays.len();
-        }
-    }
-}
-
-impl Scene {
-    #[inline(always)]
-    fn surface(&self, met: Met) -> Option<Surface> {
-        let part = met.part as usize;
-        match met.place {
-            u32::MAX => None,
-            Met::GROUND => Some(Surface::Soil { facet: self.soil.facet(met.part) }),
-            Met::SOLID => Some(Surface::Solid { index: part }),
-            plant if met.part & Met::BRANCH != 0 => {
-                Some(Surface::Branch { plant: plant as usize, branch: part & !(Met::BRANCH as usize) })
-            }
-            plant => Some(Surface::Leaf { plant: plant as usize, leaf: part }),
-        }
-    }
-}
-
-/// The upper tree's items.
-struct InWorld<'a, I: Isa> {
-    scene: &'a Scene,
-    world: &'a World,
-    packet_origin: Point3<f64>,
-    stamp: Time,
-    beams: &'a Beams<I>,
-    knots: &'a mut Knots,
-    placed: &'a mut [Placed],
-}
-
-impl<I: Isa> Visit<I> for InWorld<'_, I> {
-    #[inline(always)]
-    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
-        let index = child.index();
-        match child.kind() {
-            TILE => self.scene.soil.meet(index, self.beams, mask, nearest),
-            SOLID => {
-                let met = Met { place: Met::SOLID, part: index as u32 };
-                self.scene.solids[index].meet(self.beams, mask, met, nearest);
-            }
-            _ => self.enter(index, mask, nearest, stack),
-        }
-    }
-
-    #[inline(always)]
-    fn foresee(&self, child: Child) {
-        if child.kind() == PLANT {
-            simd::prefetch(&self.scene.plants[child.index()]);
-        }
-    }
-}
-
-impl<I: Isa> InWorld<'_, I> {
-    /// Turns the packet into a plant's frame, its directions scaled alike, so that distances stay the world's.
-    #[inline(always)]
-    fn enter(&mut self, index: usize, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
-        let (scene, all, packet_origin) = (self.scene, self.beams, self.packet_origin);
-        let standing = &scene.plants[index];
-        let grown = &scene.grown[standing.prototype as usize];
-        let (map, flutter) = if self.world.wind.blows() {
-            let placed = self.place(index);
-            (&placed.map, Some(&placed.flutter))
-        } else {
-            (&standing.plant_from_world, None)
-        };
-        let moves_m = flutter.map_or(0.0, |flutter| flutter.shoot_m + flutter.leaf_rad * grown.half_v_m_max);
-        let origin = map.point(&packet_origin);
-        let mut direction = all.direction;
-        let mut axis = 0;
-        while axis < 3 {
-            let [x, y, z, _] = map.0[axis];
-            let [dx, dy, dz] = all.direction;
-            direction[axis] = dz.fma(
-                I::Wide::splat(z as f32),
-                dy.fma(I::Wide::splat(y as f32), dx.mul(I::Wide::splat(x as f32))),
-            );
-            axis += 1;
-        }
-        let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
-        let beams = Beams::<I>::new(origin, direction, mask);
-        let mut visit = InPlant { grown, place: index as u32, flutter, beams: &beams };
-        walk::walk(&grown.nodes, &beams, mask, MARGIN_M + moves_m, nearest, stack, &mut visit);
-    }
-}
-
-impl<I: Isa> InWorld<'_, I> {
-    /// Where a swaying plant is at the packet's tick; made once a tick.
-    #[inline(always)]
-    fn place(&mut self, index: usize) -> &Placed {
-        let tick = self.stamp.nanos().div_euclid(TICK_NS);
-        if self.placed[index].tick != tick {
-            let stamp = Time::from_nanos(tick * TICK_NS + TICK_NS / 2);
-            let moment = self.knots.at(&self.world.wind, &self.world.plants, index, stamp);
-            let (mut shoots, mut leaves) = ([0.0; 4], [0.0; 4]);
-            let mut pitch = 0;
-            while pitch < 4 {
-                shoots[pitch] = moment.shoots(pitch).1 as f32;
-                leaves[pitch] = moment.leaves(pitch).1 as f32;
-                pitch += 1;
-            }
-            let (shoot_m, leaf_rad) = (moment.shoots(0).0 as f32, moment.leaves(0).0 as f32);
-            let flutter = Flutter::new::<I>(shoot_m, shoots, leaf_rad, leaves);
-            self.placed[index] = Placed { tick, map: moment.plant_from_world(), flutter };
-        }
-        &self.placed[index]
-    }
-}
-
-/// A prototype's items.
-struct InPlant<'a, I: Isa> {
-    grown: &'a Grown,
-    place: u32,
-    flutter: Option<&'a Flutter>,
-    beams: &'a Beams<I>,
-}
-
-impl<I: Isa> Visit<I> for InPlant<'_, I> {
-    #[inline(always)]
-    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, _: &mut Vec<Pending>) {
-        let index = child.index();
-        if child.kind() == SHOOT {
-            self.grown.shoots[index].meet(index, self.flutter, self.beams, mask, self.place, nearest);
-        } else {
-            let met = Met { place: self.place, part: Met::BRANCH | index as u32 };
-            self.grown.branches[index].meet(self.beams, mask, met, nearest);
-        }
-    }
-
-    #[inline(always)]
-    fn foresee(&self, child: Child) {
-        if child.kind() == SHOOT {
-            simd::prefetch(&self.grown.shoots[child.index()]);
         }
     }
 }
