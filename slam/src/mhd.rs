@@ -47,6 +47,8 @@ pub(crate) struct Mhd {
     view: View,
     chart: Chart,
     field: Field,
+    keep_ratio: f64,
+    far_m: f64,
     search: Search,
     refine: Refine,
     motion: Option<Motion>,
@@ -60,12 +62,15 @@ impl Mhd {
     pub(crate) fn new(settings: MhdSettings, rig: &Rig) -> Self {
         let chart = Chart::new(settings.cell_m, settings.layers());
         let field = Field::new(settings.cell_m, settings.distance_m_max, settings.layers());
+        let (keep_ratio, far_m) = (settings.keep_ratio, settings.far_m);
         Mhd {
             front_end: FrontEnd::with(settings.clone(), rig),
             settings,
             view: View::default(),
             chart,
             field,
+            keep_ratio,
+            far_m,
             search: Search::default(),
             refine: Refine::default(),
             motion: None,
@@ -82,6 +87,9 @@ impl Mhd {
         let stamp = if duration_s > 0.0 { middle } else { sweep.end };
         let enough = self.view.features.len() >= POINTS_MIN;
         let Some(before) = self.motion else {
+            if sweep.rings <= 1 {
+                self.begin_planar();
+            }
             let motion = Motion { stamp, pose: Vector3::zeros(), velocity: Vector3::zeros() };
             self.motion = Some(motion);
             if enough {
@@ -115,6 +123,15 @@ impl Mhd {
             _ => Health::Degraded,
         };
         answer(sweep.end, &found.motion, Some(&found), health)
+    }
+
+    /// Lays out an empty map for planar sweeps.
+    fn begin_planar(&mut self) {
+        let settings = &self.settings;
+        self.chart = Chart::new(settings.planar_cell_m, settings.layers());
+        self.field = Field::new(settings.planar_cell_m, settings.planar_distance_m_max, settings.layers());
+        self.keep_ratio = settings.planar_keep_ratio;
+        self.far_m = f64::INFINITY;
     }
 
     /// The best match around the prediction, or anywhere near it when that is poor or the pause was long.
@@ -159,12 +176,14 @@ impl Mhd {
         duration_s: f64,
         wanted: usize,
     ) -> Match {
-        let (features, keep) = (&self.view.features, self.settings.keep_ratio);
+        let (features, keep) = (&self.view.features, self.keep_ratio);
         let hypotheses = self.search.run(&self.field, features, predicted, lattice, keep, wanted);
-        let mut best = self.refine.run(&self.field, features, *predicted, before, duration_s, keep);
+        let refine = &mut self.refine;
+        refine.far_m = self.far_m;
+        let mut best = refine.run(&self.field, features, *predicted, before, duration_s, keep);
         for hypothesis in hypotheses {
             let start = Motion { pose: hypothesis.pose, ..*predicted };
-            let found = self.refine.run(&self.field, features, start, before, duration_s, keep);
+            let found = refine.run(&self.field, features, start, before, duration_s, keep);
             if found.cost_m < best.cost_m {
                 best = found;
             }

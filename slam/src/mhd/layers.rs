@@ -249,9 +249,16 @@ mod tests {
             let to_post = (feature.at.y.atan2(feature.at.x) / PI * 6.0).fract().abs();
             assert!(to_post.min(1.0 - to_post) * PI / 6.0 * 4.0 < 0.06, "{feature:?}");
         }
-        // Twelve posts, each in every layer that the beams see at 4 m: 0.15 m to 1.57 m above the ground.
-        for layer in 0..4 {
-            assert!(view.features.iter().any(|feature| feature.layer == layer), "layer {layer}");
+        // Every ring that meets a post well inside of a layer is seen there.
+        let settings = MhdSettings::default();
+        for ring in 0..16 {
+            let height_m = 0.5 + 4.0 * (2.0 * f64::from(ring) - 15.0).to_radians().tan();
+            let edges = &settings.layer_edges_m;
+            let inside =
+                |layer: &usize| height_m > edges[*layer] + 0.02 && height_m < edges[layer + 1] - 0.02;
+            if let Some(layer) = (0..settings.layers()).find(inside) {
+                assert!(view.features.iter().any(|feature| feature.layer == layer), "layer {layer}");
+            }
         }
     }
 

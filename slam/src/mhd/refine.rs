@@ -18,7 +18,7 @@ const STIFFENED: f64 = 8.0;
 const GAIN_MIN: f64 = 1e-4;
 /// Weights of the velocity's ties per point, in 1/m (1/rad for the heading): to the increment since the last sweep, and
 /// to the last velocity. A trapezoidal tie (mean of both velocities = increment) rings with period two and diverges.
-const TO_INCREMENT: f64 = 2.0;
+const TO_INCREMENT: f64 = 6.0;
 const TO_PREVIOUS: f64 = 2.0;
 
 /// A refined hypothesis.
@@ -37,12 +37,36 @@ pub(crate) struct Match {
 }
 
 /// Refines hypotheses; keeps its memory.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Refine {
-    residuals: Vec<(f64, Vector6<f64>)>,
-    before_step: Vec<(f64, Vector6<f64>)>,
+    /// A point at this distance counts half, meters; infinite when all count the same.
+    pub(crate) far_m: f64,
+    residuals: Vec<Residual>,
+    before_step: Vec<Residual>,
     distances: Vec<f32>,
     limit_m: f64,
+}
+
+/// One point at one motion.
+#[derive(Debug, Clone, Copy)]
+struct Residual {
+    distance_m: f64,
+    /// Derivatives of the distance along pose and velocity.
+    row: Vector6<f64>,
+    /// How much it counts.
+    share: f64,
+}
+
+impl Default for Refine {
+    fn default() -> Self {
+        Refine {
+            far_m: f64::INFINITY,
+            residuals: Vec::new(),
+            before_step: Vec::new(),
+            distances: Vec::new(),
+            limit_m: 0.0,
+        }
+    }
 }
 
 impl Refine {
@@ -92,7 +116,7 @@ impl Refine {
     /// What is minimized: the sum of the distances, those beyond the trimmed rank counting as the last that is kept, and
     /// the ties.
     fn objective(&self, motion: &Motion, tie: &Tie<'_>) -> f64 {
-        let sum: f64 = self.residuals.iter().map(|(distance_m, _)| distance_m.min(self.limit_m)).sum();
+        let sum: f64 = self.residuals.iter().map(|one| one.share * one.distance_m.min(self.limit_m)).sum();
         let (increment, previous) = tie.residuals(motion);
         let ties = TO_INCREMENT * increment.norm_squared() + TO_PREVIOUS * previous.norm_squared();
         sum + 0.5 * self.residuals.len() as f64 * ties
@@ -111,18 +135,19 @@ impl Refine {
             let turn = gy * arm.x - gx * arm.y;
             let time = feature.after_s;
             let row = Vector6::new(gx, gy, turn, gx * time, gy * time, turn * time);
-            self.residuals.push((slope.distance_m, row));
+            let share = 1.0 / (1.0 + feature.at.norm_squared() / (self.far_m * self.far_m));
+            self.residuals.push(Residual { distance_m: slope.distance_m, row, share });
             self.distances.push(slope.distance_m as f32);
         }
         let cost_m = mean_of_smallest(&mut self.distances, keep_ratio).unwrap_or(field.cap_m());
         let limit_m = self.last_of(keep_ratio);
         self.limit_m = limit_m;
         let (mut information, mut square_m2, mut count) = (Matrix3::zeros(), 0.0, 0.0);
-        for (distance_m, row) in self.residuals.iter().filter(|(distance_m, _)| *distance_m <= limit_m) {
-            let row = row.fixed_rows::<3>(0);
-            information += row * row.transpose();
-            square_m2 += distance_m * distance_m;
-            count += 1.0;
+        for one in self.residuals.iter().filter(|one| one.distance_m <= limit_m) {
+            let row = one.row.fixed_rows::<3>(0);
+            information += row * row.transpose() * one.share;
+            square_m2 += one.share * one.distance_m * one.distance_m;
+            count += one.share;
         }
         let half_m = mean_of_smallest(&mut self.distances, 0.5).unwrap_or(field.cap_m());
         Match { motion: *motion, cost_m, half_m, information, square_m2: square_m2 / f64::max(count, 1.0) }
@@ -137,10 +162,10 @@ impl Refine {
     /// One damped Gauss-Newton step of iteratively reweighted least squares on (pose, velocity).
     fn step(&self, motion: &Motion, tie: &Tie<'_>, damping: f64) -> Option<Vector6<f64>> {
         let (mut normal, mut right) = (Matrix6::zeros(), Vector6::zeros());
-        for (distance_m, row) in self.residuals.iter().filter(|(distance_m, _)| *distance_m <= self.limit_m) {
+        for one in self.residuals.iter().filter(|one| one.distance_m <= self.limit_m) {
             // Weight 1 / distance on the squares of the distances: their sum is minimized.
-            normal.ger(1.0 / distance_m, row, row, 1.0);
-            right -= row;
+            normal.ger(one.share / one.distance_m, &one.row, &one.row, 1.0);
+            right -= one.row * one.share;
         }
         if let Some((to_velocity, to_pose)) = tie.slopes(motion) {
             let scale = self.residuals.len() as f64;
