@@ -15,6 +15,7 @@ mod motion;
 mod refine;
 mod search;
 pub(crate) mod settings;
+mod uncertainty;
 mod upright;
 
 use crate::rig::Rig;
@@ -24,7 +25,7 @@ pub(crate) use features::View;
 use field::Field;
 pub(crate) use front::FrontEnd;
 use motion::Motion;
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::Vector3;
 use refine::{Match, Refine};
 use search::{Lattice, Search};
 use settings::MhdSettings;
@@ -37,6 +38,10 @@ const FIRST_SWEEPS: usize = 5;
 const MARGIN_M: f64 = 0.02;
 /// After so many refused matches in a row the best is believed: the surroundings have changed, not the pose.
 const REFUSALS_MAX: usize = 3;
+/// How far from the prediction the wide search looks: at once, more per second without a match, and at most, meters.
+const ASTRAY_M_MIN: f64 = 1.0;
+const ASTRAY_MPS: f64 = 0.5;
+const ASTRAY_M_MAX: f64 = 5.0;
 /// After so many sweeps in a row without a match the pose must not be used.
 const LOST_AFTER: usize = 10;
 
@@ -55,6 +60,9 @@ pub(crate) struct Mhd {
     drawn: Option<Motion>,
     sweeps_drawn: usize,
     failures: usize,
+    refusals: usize,
+    /// When the last match was good.
+    seen: Option<Time>,
 }
 
 impl Mhd {
@@ -77,6 +85,8 @@ impl Mhd {
             drawn: None,
             sweeps_drawn: 0,
             failures: 0,
+            refusals: 0,
+            seen: None,
         }
     }
 
@@ -100,29 +110,40 @@ impl Mhd {
         };
         let predicted = before.predict(stamp);
         if !enough || self.sweeps_drawn == 0 {
-            self.failures += 1;
+            (self.failures, self.refusals) = (self.failures + 1, 0);
             self.motion = Some(predicted);
             if enough {
                 self.draw(&predicted);
             }
-            let health = if self.failures >= LOST_AFTER { Health::Lost } else { Health::Degraded };
-            return answer(sweep.end, &predicted, None, health);
+            return answer(sweep.end, &predicted, None, self.health());
         }
         let found = self.locate(&before, &predicted, duration_s);
         let failed = found.half_m > self.settings.failed_match_m;
-        self.failures = if failed { self.failures + 1 } else { 0 };
-        if failed && self.failures < REFUSALS_MAX {
+        if failed {
+            (self.failures, self.refusals) = (self.failures + 1, self.refusals + 1);
+        } else {
+            (self.failures, self.refusals, self.seen) = (0, 0, Some(stamp));
+        }
+        let health = self.health();
+        if failed && self.refusals < REFUSALS_MAX {
             self.motion = Some(predicted);
-            return answer(sweep.end, &predicted, None, Health::Degraded);
+            return answer(sweep.end, &predicted, None, health);
         }
         self.motion = Some(found.motion);
-        self.draw_if_due(&found.motion);
-        let health = match self.failures {
+        // Who is lost must not draw: the map is what the way back is found by.
+        if health != Health::Lost {
+            self.draw_if_due(&found.motion);
+        }
+        answer(sweep.end, &found.motion, Some(&found), health)
+    }
+
+    /// By the sweeps in a row without a good match.
+    fn health(&self) -> Health {
+        match self.failures {
             0 => Health::Tracking,
             LOST_AFTER.. => Health::Lost,
             _ => Health::Degraded,
-        };
-        answer(sweep.end, &found.motion, Some(&found), health)
+        }
     }
 
     /// Lays out an empty map for planar sweeps.
@@ -147,7 +168,7 @@ impl Mhd {
         let mut best = self.best_of(before, predicted, &near, duration_s, 3);
         if best.cost_m > self.settings.poor_match_m || elapsed_s > self.settings.pause_s {
             let wide = Lattice {
-                reach_m: 1.0,
+                reach_m: self.astray_m(predicted.stamp),
                 reach_rad: std::f64::consts::PI,
                 step_m: 0.2,
                 step_rad: 0.05,
@@ -168,6 +189,15 @@ impl Mhd {
         best
     }
 
+    /// How far from the prediction the robot may be: it walks on while its system is blind.
+    fn astray_m(&self, stamp: Time) -> f64 {
+        let blind_s = match self.seen {
+            Some(seen) if self.failures > 0 => (stamp - seen).seconds(),
+            _ => 0.0,
+        };
+        (ASTRAY_M_MIN + ASTRAY_MPS * blind_s).clamp(ASTRAY_M_MIN, ASTRAY_M_MAX)
+    }
+
     fn best_of(
         &mut self,
         before: &Motion,
@@ -183,7 +213,13 @@ impl Mhd {
         let mut best = refine.run(&self.field, features, *predicted, before, duration_s, keep);
         for hypothesis in hypotheses {
             let start = Motion { pose: hypothesis.pose, ..*predicted };
-            let found = refine.run(&self.field, features, start, before, duration_s, keep);
+            // Who was carried off or lost his way has not walked there: only a near pose is tied to the motion before.
+            let (start, before) = if lattice.prior_m > 0.0 {
+                (start, *before)
+            } else {
+                (predicted.carried(predicted, &start), before.carried(predicted, &start))
+            };
+            let found = refine.run(&self.field, features, start, &before, duration_s, keep);
             if found.cost_m < best.cost_m {
                 best = found;
             }
@@ -232,23 +268,8 @@ impl Slam for Mhd {
 
 /// The estimate at the sweep's end: half a sweep after the instant of the pose.
 fn answer(end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
-    let pose = motion.after((end - motion.stamp).seconds());
-    Estimate { stamp: end, map_from_base: spatial(&pose), covariance: found.and_then(covariance), health }
-}
-
-fn covariance(found: &Match) -> Option<Matrix6<f64>> {
-    // Neighboring points share their errors: about four of them make one independent measurement.
-    let noise_m2 = 4.0 * found.square_m2.max(1e-4);
-    let planar = found.information.try_inverse()? * noise_m2;
-    let mut all = Matrix6::zeros();
-    for (row, i) in [0, 1, 5].into_iter().enumerate() {
-        for (column, j) in [0, 1, 5].into_iter().enumerate() {
-            all[(i, j)] = planar[(row, column)];
-        }
-    }
-    // Height, roll and pitch are taken as those of the first sweep.
-    all[(2, 2)] = 0.05_f64.powi(2);
-    all[(3, 3)] = 3.0_f64.to_radians().powi(2);
-    all[(4, 4)] = 3.0_f64.to_radians().powi(2);
-    all.iter().all(|n| n.is_finite()).then_some(all)
+    let after_s = (end - motion.stamp).seconds();
+    let pose = motion.after(after_s);
+    let covariance = found.and_then(|found| uncertainty::covariance(found, after_s));
+    Estimate { stamp: end, map_from_base: spatial(&pose), covariance, health }
 }

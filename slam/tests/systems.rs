@@ -3,10 +3,12 @@
 mod grove;
 
 use arborloop_base::{
-    Cell, Estimate, Health, Observation, Odometry, Pose, Pose2, Sweep, Time, Twist, planar, pose2, wrap_angle,
+    Cell, Estimate, Health, Observation, Odometry, Pose, Pose2, Seed, Sweep, Time, Twist, planar, pose2,
+    wrap_angle,
 };
 use arborloop_slam::{NAMES, Rig, build_default};
 use grove::{Grove, beam};
+use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 
 const SYSTEMS: [&str; 2] = ["mhd", "mhd-paper"];
@@ -73,6 +75,69 @@ fn mhd_follows_a_walk_past_posts_to_half_a_cell_with_rolling_sweeps() {
         .unzip();
     let (position_m, heading_rad) = apart(&run("mhd", sweeps), &poses);
     assert!(position_m < 0.05 && heading_rad < 0.05 / 4.0, "{position_m} m, {heading_rad} rad");
+}
+
+/// The walk seen by rolling sweeps whose ranges have a noise of 2 cm; the pose at each sweep's end beside it.
+fn noisy_walk(seed: u64) -> (Vec<Sweep>, Vec<Pose2>) {
+    let grove = Grove::new();
+    let noise = Seed(seed).stream("range");
+    let sweep_at = |n: u32| {
+        let end_s = 0.1 * f64::from(n);
+        let mut sweep = grove.sweep(|after_s| walk(f64::max(end_s - 0.2 + after_s, 0.0)), at(end_s));
+        let mut draws = noise.at(n.into());
+        for range_m in sweep.returns.iter_mut().filter_map(|one| one.range_m.as_mut()) {
+            *range_m += 0.02 * draws.normal();
+        }
+        (sweep, walk((end_s - 0.1).max(0.0)))
+    };
+    (1..80).map(sweep_at).unzip()
+}
+
+#[test]
+fn the_covariance_of_mhd_holds_its_errors() {
+    let mut squares = Vec::new();
+    for seed in 1..=3 {
+        let (sweeps, poses) = noisy_walk(seed);
+        for (estimate, pose) in run("mhd", sweeps).iter().zip(&poses) {
+            let Some(covariance) = estimate.covariance else { continue };
+            let found = planar(&estimate.map_from_base);
+            let off = found.translation.vector - pose.translation.vector;
+            let turn = wrap_angle(found.rotation.angle() - pose.rotation.angle());
+            let off = Vector3::new(off.x, off.y, turn);
+            let planar = Matrix3::from_fn(|i, j| covariance[([0, 1, 5][i], [0, 1, 5][j])]);
+            let weighted = planar.try_inverse().unwrap() * off;
+            squares.push(off.dot(&weighted) / 3.0);
+        }
+    }
+    assert!(squares.len() > 200);
+    // The mean of n independent squares is 1 with standard deviation sqrt(2 / 3n). Errors of neighboring sweeps go
+    // together, some ten sweeps long, so n is a tenth of the sweeps. The map's own share makes the covariance generous.
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    let n = squares.len() as f64 / 10.0;
+    assert!(mean < 1.0 + 4.0 * (2.0 / (3.0 * n)).sqrt() && mean > 0.05, "{mean}");
+}
+
+#[test]
+fn mhd_carried_off_by_a_meter_or_blind_while_it_walks_is_never_wrong_without_saying_so() {
+    let grove = Grove::new();
+    let carried = |n: u32| match n {
+        0..20 => pose2(0.02 * f64::from(n), 0.0, 0.0),
+        _ => pose2(0.02 * f64::from(n) - 0.6, 0.8, 0.5),
+    };
+    for (name, blind) in [("carried", 0..0), ("carried blindly", 15..35)] {
+        let mut slam = build_default("mhd", &Rig::default()).unwrap();
+        for n in 0..60 {
+            let mut sweep = grove.sweep(|_| carried(n), at(0.1 * f64::from(n)));
+            if blind.contains(&n) {
+                sweep.returns.iter_mut().for_each(|one| one.range_m = None);
+            }
+            let estimate = slam.observe(&Observation::Sweep(sweep)).unwrap();
+            let off = carried(n).inverse() * planar(&estimate.map_from_base);
+            let right = off.translation.vector.norm() < 0.1 && off.rotation.angle().abs() < 0.05;
+            assert!(right || estimate.health != Health::Tracking, "{name}, sweep {n}: {off:?}");
+            assert!(right || n < 45, "{name}, sweep {n}: not found again");
+        }
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! velocity away.
 
 use arborloop_base::{Pose2, Time, pose2};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Rotation2, Vector2, Vector3};
 
 /// How long a velocity is believed, seconds: after a pause the robot may have stopped or turned.
 const MEMORY_S: f64 = 5.0;
@@ -36,6 +36,18 @@ impl Motion {
         let pose = self.pose + self.velocity * after_s;
         let (sin, cos) = pose.z.sin_cos();
         Vector2::new(pose.x + cos * at.x - sin * at.y, pose.y + sin * at.x + cos * at.y)
+    }
+
+    /// This motion as it would be had the robot stood at another pose: what carries `from` to `to` carries it too.
+    pub(crate) fn carried(&self, from: &Motion, to: &Motion) -> Motion {
+        let turn = Rotation2::new(to.pose.z - from.pose.z);
+        let way = turn * (self.pose.xy() - from.pose.xy());
+        let speed = turn * self.velocity.xy();
+        Motion {
+            stamp: self.stamp,
+            pose: Vector3::new(to.pose.x + way.x, to.pose.y + way.y, self.pose.z + to.pose.z - from.pose.z),
+            velocity: Vector3::new(speed.x, speed.y, self.velocity.z),
+        }
     }
 
     /// The same with a velocity that a robot can have.
@@ -92,6 +104,16 @@ mod tests {
         let twice = middle.predict(motion.stamp + Span::from_seconds(3.0));
         let once = motion.predict(motion.stamp + Span::from_seconds(3.0));
         assert!((twice.pose - once.pose).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_motion_carried_elsewhere_predicts_the_pose_carried_there() {
+        let (before, stamp) = (turning(), turning().stamp + Span::from_millis(100));
+        let predicted = before.predict(stamp);
+        let elsewhere = Motion { pose: Vector3::new(-4.0, 2.0, 0.5), ..predicted };
+        let carried = before.carried(&predicted, &elsewhere);
+        assert!((carried.predict(stamp).pose - elsewhere.pose).norm() < 1e-12);
+        assert!((carried.velocity.norm() - before.velocity.norm()).abs() < 1e-12);
     }
 
     #[test]

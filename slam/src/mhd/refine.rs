@@ -4,7 +4,7 @@ use super::features::Feature;
 use super::field::Field;
 use super::motion::Motion;
 use crate::kbest::{kept_of, mean_of_smallest};
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 const STEPS_MAX: usize = 20;
 /// Levenberg-Marquardt damping relative to the diagonal: at the start, its bounds, and its change by a step that succeeds
@@ -30,8 +30,8 @@ pub(crate) struct Match {
     pub(crate) cost_m: f64,
     /// Mean of the smaller half of the distances, meters: small at the right pose even where half of the view is new.
     pub(crate) half_m: f64,
-    /// Information on x, y, heading from the points that count, per meter^2 of their noise.
-    pub(crate) information: Matrix3<f64>,
+    /// Information on x, y, heading and their rates from the points that count, per meter^2 of their noise.
+    pub(crate) information: Matrix6<f64>,
     /// Mean square of the distances that count, meters^2.
     pub(crate) square_m2: f64,
 }
@@ -142,10 +142,9 @@ impl Refine {
         let cost_m = mean_of_smallest(&mut self.distances, keep_ratio).unwrap_or(field.cap_m());
         let limit_m = self.last_of(keep_ratio);
         self.limit_m = limit_m;
-        let (mut information, mut square_m2, mut count) = (Matrix3::zeros(), 0.0, 0.0);
+        let (mut information, mut square_m2, mut count) = (Matrix6::zeros(), 0.0, 0.0);
         for one in self.residuals.iter().filter(|one| one.distance_m <= limit_m) {
-            let row = one.row.fixed_rows::<3>(0);
-            information += row * row.transpose() * one.share;
+            information.ger(one.share, &one.row, &one.row, 1.0);
             square_m2 += one.share * one.distance_m * one.distance_m;
             count += one.share;
         }

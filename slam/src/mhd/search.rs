@@ -1,4 +1,7 @@
 //! The exhaustive search: all poses of a lattice around the prediction, by the k-best mean of the coarse distances.
+//!
+//! Near the prediction every pose is looked at. A wide lattice is searched by branch and bound: a distance changes by no
+//! more than the place does, so one look at the middle of a block of positions bounds them all from below.
 
 use super::features::Feature;
 use super::field::{COARSE_LEVELS, Field};
@@ -14,6 +17,12 @@ const POINTS_MAX: usize = 120;
 const DISTINCT_M: f64 = 0.25;
 const DISTINCT_RAD: f64 = 0.12;
 
+/// Positions along the side of the blocks that a wide search begins with: their corners must lie nearer to their middle
+/// than the distances are capped, else nothing is bounded.
+const BLOCK: i32 = 4;
+/// A wide search finds every pose of its lattice that is worse than the best by less than this, meters.
+pub(crate) const WIDE_MARGIN_M: f64 = 0.03;
+
 /// How far and how finely to search around the prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Lattice {
@@ -25,7 +34,8 @@ pub(crate) struct Lattice {
     pub(crate) step_m: f64,
     /// Difference between neighboring headings, radians.
     pub(crate) step_rad: f64,
-    /// What the far corner of the lattice must be better by than its center, meters.
+    /// What the far corner of the lattice must be better by than its center, meters. Zero for a wide lattice, of which
+    /// only the poses about as good as the best are found.
     pub(crate) prior_m: f64,
 }
 
@@ -43,6 +53,18 @@ pub(crate) struct Hypothesis {
 pub(crate) struct Search {
     cells: Vec<(usize, CellIndex)>,
     scored: Vec<Hypothesis>,
+    blocks: Vec<Block>,
+}
+
+/// A square of positions of a wide lattice.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    /// Lowest position along x and y, in steps.
+    low: (i32, i32),
+    /// Positions along its side.
+    side: i32,
+    /// No position in it is better, meters.
+    bound_m: f64,
 }
 
 impl Search {
@@ -65,6 +87,7 @@ impl Search {
         let (first, last) = if full { (-turns + 1, turns) } else { (-turns, turns) };
         let step_rad = if full { PI / f64::from(turns) } else { lattice.step_rad };
         self.scored.clear();
+        let mut best_m = f64::INFINITY;
         for turn in first..=last {
             let turn_rad = f64::from(turn) * step_rad;
             let mut turned = *predicted;
@@ -75,14 +98,18 @@ impl Search {
                 (feature.layer, field.cell_of(at.x, at.y))
             }));
             let Some(kept) = kept_of(self.cells.len(), keep_ratio) else { return Vec::new() };
+            if lattice.prior_m <= 0.0 {
+                best_m = self.descend(field, &turned.pose, step, steps, kept, best_m);
+                continue;
+            }
             for j in -steps..=steps {
                 for i in -steps..=steps {
-                    let mean = self.coarse_mean(field, (i * step, j * step), kept);
+                    let mean_m = self.coarse_mean_m(field, (i * step, j * step), kept, 0);
                     let shift = |n: i32| f64::from(n * step) * field.cell_m();
                     let off = (shift(i).powi(2) + shift(j).powi(2)) / lattice.reach_m.powi(2)
                         + (turn_rad / lattice.reach_rad).powi(2);
                     let pose = turned.pose + Vector3::new(shift(i), shift(j), 0.0);
-                    let cost_m = mean * field.cap_m() / COARSE_LEVELS as f64 + lattice.prior_m * off;
+                    let cost_m = mean_m + lattice.prior_m * off;
                     self.scored.push(Hypothesis { pose, cost_m });
                 }
             }
@@ -90,8 +117,64 @@ impl Search {
         self.distinct(wanted)
     }
 
-    /// Mean of the `kept` smallest levels with all points shifted by whole cells.
-    fn coarse_mean(&self, field: &Field, shift: CellIndex, kept: usize) -> f64 {
+    /// Scores the positions at one heading that are worse than the best by less than the margin; the best so far,
+    /// meters.
+    fn descend(
+        &mut self,
+        field: &Field,
+        turned: &Vector3<f64>,
+        step: i32,
+        steps: i32,
+        kept: usize,
+        mut best_m: f64,
+    ) -> f64 {
+        let mut blocks = std::mem::take(&mut self.blocks);
+        blocks.clear();
+        for j in (-steps..=steps).step_by(BLOCK as usize) {
+            for i in (-steps..=steps).step_by(BLOCK as usize) {
+                blocks.push(self.block(field, (i, j), BLOCK, step, kept));
+            }
+        }
+        // The most promising comes last and is looked at first.
+        blocks.sort_by(|a, b| b.bound_m.total_cmp(&a.bound_m));
+        while let Some(block) = blocks.pop() {
+            if block.bound_m > best_m + WIDE_MARGIN_M {
+                continue;
+            }
+            let (i, j) = block.low;
+            if block.side == 1 {
+                best_m = best_m.min(block.bound_m);
+                let shift = |n: i32| f64::from(n * step) * field.cell_m();
+                let pose = turned + Vector3::new(shift(i), shift(j), 0.0);
+                self.scored.push(Hypothesis { pose, cost_m: block.bound_m });
+                continue;
+            }
+            let half = block.side / 2;
+            let inside = |n: i32| n <= steps;
+            let begin = blocks.len();
+            for low in [(i, j), (i + half, j), (i, j + half), (i + half, j + half)] {
+                if inside(low.0) && inside(low.1) {
+                    blocks.push(self.block(field, low, half, step, kept));
+                }
+            }
+            blocks[begin..].sort_by(|a, b| b.bound_m.total_cmp(&a.bound_m));
+        }
+        self.blocks = blocks;
+        best_m
+    }
+
+    /// A block and its bound; for a single position the bound is its cost.
+    fn block(&self, field: &Field, low: (i32, i32), side: i32, step: i32, kept: usize) -> Block {
+        let span = (side - 1) * step;
+        let middle = (low.0 * step + span / 2, low.1 * step + span / 2);
+        // From the middle, rounded down, to the farthest corner, in levels of the coarse distances.
+        let reach = f64::from(span - span / 2) * std::f64::consts::SQRT_2 * field.cell_m();
+        let slack = (reach * COARSE_LEVELS as f64 / field.cap_m()).ceil() as usize;
+        Block { low, side, bound_m: self.coarse_mean_m(field, middle, kept, slack) }
+    }
+
+    /// Mean of the `kept` smallest distances with all points shifted by whole cells, each less by `slack` levels; meters.
+    fn coarse_mean_m(&self, field: &Field, shift: CellIndex, kept: usize, slack: usize) -> f64 {
         let mut counts = [0_u16; COARSE_LEVELS];
         for (layer, (column, row)) in &self.cells {
             counts[usize::from(field.coarse(*layer, (column + shift.0, row + shift.1)))] += 1;
@@ -99,13 +182,13 @@ impl Search {
         let (mut left, mut sum) = (kept, 0);
         for (level, count) in counts.iter().enumerate() {
             let taken = left.min(usize::from(*count));
-            sum += taken * (2 * level + 1);
+            sum += taken * (2 * level.saturating_sub(slack) + 1);
             left -= taken;
             if left == 0 {
                 break;
             }
         }
-        sum as f64 / (2 * kept) as f64
+        sum as f64 / (2 * kept) as f64 * field.cap_m() / COARSE_LEVELS as f64
     }
 
     fn distinct(&mut self, wanted: usize) -> Vec<Hypothesis> {
@@ -177,6 +260,29 @@ mod tests {
             assert!((found[0].cost_m - slow).abs() < 1e-6, "{} {slow}", found[0].cost_m);
             assert!((found[0].pose - Vector3::new(0.2, -0.1, 0.1)).norm() < 1e-9);
             assert!(found.windows(2).all(|pair| pair[0].cost_m <= pair[1].cost_m));
+        }
+    }
+
+    #[test]
+    fn branch_and_bound_finds_the_poses_that_a_look_at_all_of_them_finds() {
+        for trial in 0..4 {
+            let features = features(trial);
+            let (mut chart, mut field) = (Chart::new(0.1, 2), Field::new(0.1, 1.0, 2));
+            chart.draw(&motion(0.7, -1.1, 2.1), &features, &[]);
+            field.follow(&mut chart);
+            let start = motion(0.0, 0.0, 0.0);
+            let wide = Lattice { reach_m: 1.4, reach_rad: PI, step_m: 0.2, step_rad: 0.1, prior_m: 0.0 };
+            let mut search = Search::default();
+            let found = search.run(&field, &features, &start, &wide, 0.8, 3);
+            let bounded = search.scored.clone();
+            // A prior too small to matter makes the search look at every pose.
+            search.run(&field, &features, &start, &Lattice { prior_m: 1e-12, ..wide }, 0.8, 3);
+            let best_m = search.scored.iter().map(|one| one.cost_m).fold(f64::INFINITY, f64::min);
+            assert!((found[0].cost_m - best_m).abs() < 1e-9);
+            for one in search.scored.iter().filter(|one| one.cost_m < best_m + WIDE_MARGIN_M - 1e-9) {
+                assert!(bounded.iter().any(|other| (other.pose - one.pose).norm() < 1e-9), "{one:?}");
+            }
+            assert!(bounded.len() < search.scored.len() / 4, "{}", bounded.len());
         }
     }
 }
