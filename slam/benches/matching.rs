@@ -1,4 +1,4 @@
-//! Time per sweep of every system, against the size of the map that it has already drawn.
+//! Time and allocations per sweep of every system, against the size of the map that it has already drawn.
 
 #[path = "../tests/grove/mod.rs"]
 mod grove;
@@ -6,6 +6,9 @@ mod grove;
 use arborloop_base::{Observation, Slam, Span, Sweep, Time, pose2};
 use arborloop_slam::{Rig, build_default};
 use grove::Grove;
+
+#[global_allocator]
+static ALLOCATOR: divan::AllocProfiler = divan::AllocProfiler::system();
 
 fn main() {
     divan::main();
@@ -46,5 +49,21 @@ fn mhd_paper_planar(bencher: divan::Bencher<'_, '_>, way_m: f64) {
     let grove = Grove::new();
     bencher
         .with_inputs(|| walked("mhd-paper", way_m, |x, stamp| grove.scan(&pose2(x, 0.0, 0.0), stamp, 0.0)))
+        .bench_values(|(mut slam, sweep)| slam.observe(&sweep));
+}
+
+#[divan::bench(args = [1.0, 5.0, 10.0], sample_count = 20)]
+fn aloam_sixteen_rings(bencher: divan::Bencher<'_, '_>, way_m: f64) {
+    let grove = Grove::new();
+    bencher
+        .with_inputs(|| walked("aloam", way_m, |x, stamp| grove.sweep(|_| pose2(x, 0.0, 0.0), stamp)))
+        .bench_values(|(mut slam, sweep)| slam.observe(&sweep));
+}
+
+#[divan::bench(args = [1.0, 5.0, 10.0], sample_count = 20)]
+fn icp2d_sixteen_rings(bencher: divan::Bencher<'_, '_>, way_m: f64) {
+    let grove = Grove::new();
+    bencher
+        .with_inputs(|| walked("icp2d", way_m, |x, stamp| grove.sweep(|_| pose2(x, 0.0, 0.0), stamp)))
         .bench_values(|(mut slam, sweep)| slam.observe(&sweep));
 }

@@ -19,7 +19,16 @@ const OCCUPIED: f32 = 0.5;
 /// The distance field follows a mean that has moved by more than this, meters.
 const MOVED_M: f32 = 0.005;
 
-/// One cell of a layer.
+/// What beams say of one cell of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Seen {
+    /// The key frame that it last learned from; 0 if none.
+    frame: u32,
+    /// Evidence that it is occupied.
+    evidence: f32,
+}
+
+/// What was met in one cell of a layer.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Spot {
     /// Mean of its points from the cell's center, meters.
@@ -30,17 +39,20 @@ struct Spot {
     is_shown: bool,
     /// Number of points in the mean.
     count: u16,
-    /// The key frame that it last learned from; 0 if none.
-    frame: u32,
-    /// Evidence that it is occupied.
-    evidence: f32,
+}
+
+/// One layer of heights. Beams cross many times more cells than they meet something in, so the two are kept apart.
+#[derive(Debug, Clone)]
+struct Layer {
+    seen: Raster<Seen>,
+    spots: Raster<Spot>,
 }
 
 /// The map of `mhd`.
 #[derive(Debug, Clone)]
 pub(crate) struct Chart {
     cell_m: f64,
-    layers: Vec<Raster<Spot>>,
+    layers: Vec<Layer>,
     changes: Vec<(usize, CellIndex)>,
     frame: u32,
 }
@@ -48,12 +60,11 @@ pub(crate) struct Chart {
 impl Chart {
     /// An empty map.
     pub(crate) fn new(cell_m: f64, layers: usize) -> Self {
-        Chart {
-            cell_m,
-            layers: vec![Raster::new(cell_m, 8.0, Spot::default()); layers],
-            changes: Vec::new(),
-            frame: 0,
-        }
+        let layer = Layer {
+            seen: Raster::new(cell_m, 8.0, Seen::default()),
+            spots: Raster::new(cell_m, 8.0, Spot::default()),
+        };
+        Chart { cell_m, layers: vec![layer; layers], changes: Vec::new(), frame: 0 }
     }
 
     /// Draws a key frame: first what was met, then what was seen empty. A cell learns once per key frame, and a point
@@ -64,12 +75,15 @@ impl Chart {
         for feature in features {
             let at = motion.place(&feature.at, feature.after_s);
             let layer = &mut self.layers[feature.layer];
-            let cell = layer.cell_of(at.x, at.y);
-            layer.cover(cell, cell);
-            let Some(spot) = layer.get_mut(cell) else { continue };
-            if spot.frame != self.frame {
-                spot.frame = self.frame;
-                spot.evidence = (spot.evidence + HIT).min(HIT_MAX);
+            let cell = layer.seen.cell_of(at.x, at.y);
+            layer.seen.cover(cell, cell);
+            layer.spots.cover(cell, cell);
+            let (Some(seen), Some(spot)) = (layer.seen.get_mut(cell), layer.spots.get_mut(cell)) else {
+                continue;
+            };
+            if seen.frame != self.frame {
+                seen.frame = self.frame;
+                seen.evidence = (seen.evidence + HIT).min(HIT_MAX);
             }
             spot.count = spot.count.saturating_add(1);
             let share = 1.0 / f32::from(spot.count);
@@ -78,7 +92,7 @@ impl Chart {
             spot.mean.0 += (from_center(at.x, cell.0) - spot.mean.0) * share;
             spot.mean.1 += (from_center(at.y, cell.1) - spot.mean.1) * share;
             let moved_m = (spot.mean.0 - spot.shown.0).hypot(spot.mean.1 - spot.shown.1);
-            if spot.evidence >= OCCUPIED && (!spot.is_shown || moved_m > MOVED_M) {
+            if seen.evidence >= OCCUPIED && (!spot.is_shown || moved_m > MOVED_M) {
                 (spot.is_shown, spot.shown) = (true, spot.mean);
                 self.changes.push((feature.layer, cell));
             }
@@ -88,17 +102,21 @@ impl Chart {
                 motion.place(&clearing.from, clearing.after_s),
                 motion.place(&clearing.to, clearing.after_s),
             );
-            let layer = &mut self.layers[clearing.layer];
-            layer.cover(lower(layer, &from, &to), upper(layer, &from, &to));
+            let Layer { seen, spots } = &mut self.layers[clearing.layer];
+            seen.cover(lower(seen, &from, &to), upper(seen, &from, &to));
             cross(&from, &to, self.cell_m, |cell| {
-                if let Some(spot) = layer.get_mut(cell).filter(|spot| spot.frame != self.frame) {
-                    spot.frame = self.frame;
-                    spot.evidence = (spot.evidence - MISS).max(0.0);
-                    if spot.evidence < OCCUPIED {
-                        spot.count = 0;
-                        if std::mem::take(&mut spot.is_shown) {
-                            self.changes.push((clearing.layer, cell));
-                        }
+                let Some(seen) = seen.get_mut(cell).filter(|seen| seen.frame != self.frame) else { return };
+                seen.frame = self.frame;
+                if seen.evidence <= 0.0 {
+                    return;
+                }
+                seen.evidence = (seen.evidence - MISS).max(0.0);
+                if seen.evidence < OCCUPIED
+                    && let Some(spot) = spots.get_mut(cell)
+                {
+                    spot.count = 0;
+                    if std::mem::take(&mut spot.is_shown) {
+                        self.changes.push((clearing.layer, cell));
                     }
                 }
             });
@@ -119,7 +137,7 @@ impl Chart {
         mut visit: impl FnMut(f64, f64),
     ) {
         for row in low.1..=high.1 {
-            let (first, spots) = self.layers[layer].row(row, low.0, high.0 + 1);
+            let (first, spots) = self.layers[layer].spots.row(row, low.0, high.0 + 1);
             for (column, spot) in (first..).zip(spots).filter(|(_, spot)| spot.is_shown) {
                 let center = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
                 visit(center(column) + f64::from(spot.shown.0), center(row) + f64::from(spot.shown.1));
@@ -129,7 +147,8 @@ impl Chart {
 
     /// The layers `from..to` as one drawing: occupied where any is, else free where any was seen.
     pub(crate) fn drawing(&self, from: usize, to: usize) -> Option<Grid<Cell>> {
-        let layers = || self.layers[from..to].iter().filter(|layer| layer.size().0 > 0);
+        let layers =
+            || self.layers[from..to].iter().map(|layer| &layer.seen).filter(|seen| seen.size().0 > 0);
         let first_column = layers().map(|layer| layer.first().0).min()?;
         let first_row = layers().map(|layer| layer.first().1).min()?;
         let end_column = layers().map(|layer| layer.first().0 + layer.size().0).max()?;
@@ -140,10 +159,10 @@ impl Chart {
         for layer in layers() {
             for (index, drawn) in grid.cells_mut().iter_mut().enumerate() {
                 let cell = (first_column + (index % columns) as i32, first_row + (index / columns) as i32);
-                let spot = layer.get(cell);
-                if spot.evidence >= OCCUPIED {
+                let seen = layer.get(cell);
+                if seen.evidence >= OCCUPIED {
                     *drawn = Cell::Occupied;
-                } else if spot.frame > 0 && *drawn == Cell::Unknown {
+                } else if seen.frame > 0 && *drawn == Cell::Unknown {
                     *drawn = Cell::Free;
                 }
             }
@@ -152,11 +171,11 @@ impl Chart {
     }
 }
 
-fn lower(layer: &Raster<Spot>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex {
+fn lower(layer: &Raster<Seen>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex {
     layer.cell_of(a.x.min(b.x), a.y.min(b.y))
 }
 
-fn upper(layer: &Raster<Spot>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex {
+fn upper(layer: &Raster<Seen>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex {
     layer.cell_of(a.x.max(b.x), a.y.max(b.y))
 }
 

@@ -58,8 +58,8 @@ pub(crate) fn clear(hits: &Hits, lidar_m: Vector2<f64>, settings: &MhdSettings, 
     let short_of = |hit: &Hit| (hit.level_m - SHORT_M).min(reach_m_max);
     view.clearings
         .extend(hits.met.iter().filter(|hit| short_of(hit) > 0.0).map(|hit| clearing(hit, short_of(hit))));
-    let level = |hit: &&Hit| hit.level_m > 0.1;
-    view.clearings.extend(hits.missed.iter().filter(level).map(|hit| clearing(hit, reach_m_max)));
+    let beams = hits.missed.iter().filter_map(|miss| hits.beam(miss)).filter(|hit| hit.level_m > 0.1);
+    view.clearings.extend(beams.map(|hit| clearing(&hit, reach_m_max)));
 }
 
 fn apart(a: &Hit, b: &Hit) -> bool {
@@ -72,8 +72,10 @@ fn takes_part(hit: &Hit, settings: &MhdSettings) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::hits::Miss;
     use super::*;
     use nalgebra::Vector3;
+    use std::f64::consts::FRAC_PI_2;
 
     fn hit(x: f64, y: f64) -> Hit {
         let at = Vector3::new(x, y, 0.0);
@@ -84,7 +86,7 @@ mod tests {
     fn a_trunk_takes_part_and_a_hedge_does_not() {
         let trunk = (0..5).map(|n| hit(3.0, 0.05 * f64::from(n)));
         let hedge = (0..60).map(|n| hit(4.0, -6.0 + 0.08 * f64::from(n)));
-        let mut hits = Hits { met: hedge.chain(trunk).collect(), missed: Vec::new() };
+        let mut hits = Hits { met: hedge.chain(trunk).collect(), ..Hits::default() };
         let mut view = View::default();
         let settings = MhdSettings::default();
         view_of(&mut hits, Vector2::new(0.2, 0.1), &settings, &mut view);
@@ -94,7 +96,8 @@ mod tests {
 
     #[test]
     fn a_beam_clears_up_to_half_a_meter_before_what_it_met_and_a_miss_clears_to_the_limit() {
-        let hits = Hits { met: vec![hit(3.0, 0.0), hit(0.4, 0.0)], missed: vec![hit(0.0, 1.0)] };
+        let left = Miss { azimuth_rad: FRAC_PI_2, elevation_rad: 0.0, after_s: 0.0, ring: 0 };
+        let hits = Hits { met: vec![hit(3.0, 0.0), hit(0.4, 0.0)], missed: vec![left], ..Hits::default() };
         let mut view = View::default();
         let lidar_m = Vector2::new(0.2, 0.0);
         clear(&hits, lidar_m, &MhdSettings::default(), &mut view);

@@ -42,7 +42,7 @@ impl FrontEnd {
     }
 
     /// Adds to the view what the beams of the sweep that was looked at last crossed without meeting anything.
-    pub(crate) fn clear(&self, view: &mut View) {
+    pub(crate) fn clear(&mut self, view: &mut View) {
         if self.is_planar {
             let lidar_m = self.rig.base_from_lidar.translation.vector.xy();
             compact::clear(&self.hits, lidar_m, &self.settings, view);

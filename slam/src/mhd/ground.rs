@@ -26,15 +26,21 @@ pub(crate) struct Ground {
 
 impl Ground {
     /// Fits the plane to a sweep, beginning at the plane of the sweep before. `None` when too little ground is seen.
-    pub(crate) fn fit(hits: &[Hit], before: Option<Ground>) -> Option<Ground> {
+    /// `points` is memory to work in.
+    pub(crate) fn fit(
+        hits: &[Hit],
+        before: Option<Ground>,
+        points: &mut Vec<Vector3<f64>>,
+    ) -> Option<Ground> {
         let low = |hit: &&Hit| hit.level_m < LEVEL_M_MAX && hit.at.z < 0.0;
-        let points: Vec<Vector3<f64>> = hits.iter().step_by(STRIDE).filter(low).map(|hit| hit.at).collect();
+        points.clear();
+        points.extend(hits.iter().step_by(STRIDE).filter(low).map(|hit| hit.at));
         let mut plane = match before {
             Some(before) => before,
-            None => Ground { slope_x: 0.0, slope_y: 0.0, height_m: -median_z(&points)? },
+            None => Ground { slope_x: 0.0, slope_y: 0.0, height_m: -median_z(points)? },
         };
         for (above_m, below_m) in WIDTHS_M {
-            plane = plane.refit(&points, above_m, below_m)?;
+            plane = plane.refit(points, above_m, below_m)?;
         }
         (plane.slope_x.hypot(plane.slope_y) < SLOPE_MAX && plane.height_m > 0.0).then_some(plane)
     }
@@ -89,6 +95,10 @@ mod tests {
     use super::*;
     use arborloop_base::Seed;
 
+    fn fit(hits: &[Hit]) -> Option<Ground> {
+        Ground::fit(hits, None, &mut Vec::new())
+    }
+
     /// Hits on a plane with blades of grass up to 5 cm above it, and a wall of stems.
     fn meadow(slope_x: f64, slope_y: f64, height_m: f64) -> Vec<Hit> {
         let mut draws = Seed(2).stream("meadow").at(0);
@@ -107,7 +117,7 @@ mod tests {
     #[test]
     fn the_plane_is_found_under_grass_and_stems() {
         for (slope_x, slope_y) in [(0.0, 0.0), (0.08, -0.05), (-0.2, 0.1)] {
-            let ground = Ground::fit(&meadow(slope_x, slope_y, 0.5), None).unwrap();
+            let ground = fit(&meadow(slope_x, slope_y, 0.5)).unwrap();
             let up = Vector3::new(-slope_x, -slope_y, 1.0).normalize();
             let leveled = ground.level_from_base() * up;
             // Half of the grass's 5 cm, and as much again over 5 m for the stems' pull on the slopes.
@@ -125,11 +135,11 @@ mod tests {
 
     #[test]
     fn a_wall_or_nothing_is_no_ground() {
-        assert_eq!(Ground::fit(&[], None), None);
+        assert_eq!(fit(&[]), None);
         let wall = |n: i32| Vector3::new(2.0, f64::from(n % 20) * 0.1 - 1.0, -0.01 * f64::from(n));
         let hits: Vec<Hit> = (0..400)
             .map(|n| Hit { at: wall(n), level_m: 2.2, bearing_rad: 0.0, after_s: 0.0, ring: 0 })
             .collect();
-        assert_eq!(Ground::fit(&hits, None), None);
+        assert_eq!(fit(&hits), None);
     }
 }

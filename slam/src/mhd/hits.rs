@@ -2,18 +2,31 @@
 
 use crate::rig::Rig;
 use arborloop_base::{Return, Sweep};
-use nalgebra::Vector3;
+use nalgebra::{Rotation3, Vector3};
 
 /// One beam's answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hit {
-    /// From the lidar's center in the axes of the base, meters; for a miss, a unit vector.
+    /// From the lidar's center in the axes of the base, meters.
     pub(crate) at: Vector3<f64>,
-    /// Distance from the lidar along the xy plane of the base, meters; for a miss, the cosine of the elevation.
+    /// Distance from the lidar along the xy plane of the base, meters.
     pub(crate) level_m: f64,
     /// Bearing from the lidar's x axis, radians.
     pub(crate) bearing_rad: f64,
     /// When it was met, after the middle of the sweep, seconds.
+    pub(crate) after_s: f64,
+    /// Elevation rank of the beam.
+    pub(crate) ring: u16,
+}
+
+/// One beam that met nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Miss {
+    /// Bearing from the lidar's x axis, radians.
+    pub(crate) azimuth_rad: f64,
+    /// Elevation above the lidar's xy plane, radians.
+    pub(crate) elevation_rad: f64,
+    /// When it fired, after the middle of the sweep, seconds.
     pub(crate) after_s: f64,
     /// Elevation rank of the beam.
     pub(crate) ring: u16,
@@ -24,8 +37,10 @@ pub(crate) struct Hit {
 pub(crate) struct Hits {
     /// Beams that met something.
     pub(crate) met: Vec<Hit>,
-    /// Beams that met nothing.
-    pub(crate) missed: Vec<Hit>,
+    /// Beams that met nothing; their directions are only asked for when the map is drawn.
+    pub(crate) missed: Vec<Miss>,
+    /// How the lidar is turned on the base.
+    pub(crate) base_from_lidar: Rotation3<f64>,
 }
 
 impl Hits {
@@ -35,31 +50,42 @@ impl Hits {
         self.missed.clear();
         let duration_s = (sweep.end - sweep.start).seconds().max(0.0);
         let rings = sweep.rings.max(1);
+        self.base_from_lidar = rig.base_from_lidar.rotation.to_rotation_matrix();
         for one in sweep.returns.iter().filter(|one| one.number == 0 && one.ring < rings) {
-            let direction = Return { range_m: Some(1.0), ..*one }.point();
-            let Some(direction) = direction.filter(|p| p.coords.iter().all(|n| n.is_finite())) else {
-                continue;
-            };
-            let direction = rig.base_from_lidar.rotation * direction.coords;
-            let cosine = direction.xy().norm();
-            let hit = |range_m: f64| Hit {
-                at: direction * range_m,
-                level_m: cosine * range_m,
-                bearing_rad: one.azimuth_rad,
-                // A firing time outside of its own sweep is a fault of the recording; it is held inside.
-                after_s: one.fired_after.seconds().clamp(0.0, duration_s) - 0.5 * duration_s,
-                ring: one.ring,
-            };
+            // A firing time outside of its own sweep is a fault of the recording; it is held inside.
+            let after_s = one.fired_after.seconds().clamp(0.0, duration_s) - 0.5 * duration_s;
+            let Return { azimuth_rad, elevation_rad, ring, .. } = *one;
+            let miss = Miss { azimuth_rad, elevation_rad, after_s, ring };
             match one.range_m {
                 Some(range_m) if range_m.is_finite() && range_m >= range_m_min && range_m > 0.0 => {
-                    self.met.push(hit(range_m));
+                    self.met.extend(hit(&self.base_from_lidar, &miss, range_m));
                 }
                 // Too near says nothing of what lies behind; not finite says nothing at all.
                 Some(_) => {}
-                None => self.missed.push(hit(1.0)),
+                None => self.missed.push(miss),
             }
         }
     }
+
+    /// A beam that met nothing, as if it had met something a meter away; `None` when its direction is not finite.
+    pub(crate) fn beam(&self, miss: &Miss) -> Option<Hit> {
+        hit(&self.base_from_lidar, miss, 1.0)
+    }
+}
+
+/// What a beam meets at a range, meters; `None` when its direction is not finite.
+fn hit(base_from_lidar: &Rotation3<f64>, beam: &Miss, range_m: f64) -> Option<Hit> {
+    let (sin_azimuth, cos_azimuth) = beam.azimuth_rad.sin_cos();
+    let (sin_elevation, cos_elevation) = beam.elevation_rad.sin_cos();
+    let direction = Vector3::new(cos_elevation * cos_azimuth, cos_elevation * sin_azimuth, sin_elevation);
+    let at = base_from_lidar * direction * range_m;
+    at.iter().all(|n| n.is_finite()).then(|| Hit {
+        at,
+        level_m: at.xy().norm(),
+        bearing_rad: beam.azimuth_rad,
+        after_s: beam.after_s,
+        ring: beam.ring,
+    })
 }
 
 #[cfg(test)]
@@ -106,7 +132,8 @@ mod tests {
         returns.push(Return { azimuth_rad: f64::NAN, ..one(Some(3.0)) });
         let hits = read(returns, &Rig::default());
         assert!(hits.met.is_empty() && hits.missed.is_empty());
-        assert_eq!(read(vec![one(None)], &Rig::default()).missed.len(), 1);
+        let blind = read(vec![one(None), Return { elevation_rad: f64::NAN, ..one(None) }], &Rig::default());
+        assert_eq!(blind.missed.iter().filter_map(|miss| blind.beam(miss)).count(), 1);
     }
 
     #[test]

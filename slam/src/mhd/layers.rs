@@ -27,6 +27,9 @@ struct Bin {
 
 const EMPTY: Bin = Bin { nearest_m: f64::INFINITY, sum: Vector2::new(0.0, 0.0), after_s: 0.0, count: 0.0 };
 
+/// Where beams of one bearing crossed a layer: from and to, meters, and when, seconds after the sweep's middle.
+type Stretch = (f64, f64, f64);
+
 /// Slices sweeps into layers; remembers the ground.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Slicer {
@@ -34,6 +37,8 @@ pub(crate) struct Slicer {
     bins: Vec<Bin>,
     upright: Vec<(usize, f64, Feature)>,
     ground: Option<Ground>,
+    low: Vec<Vector3<f64>>,
+    stretches: Vec<Stretch>,
     stance: Stance,
 }
 
@@ -57,8 +62,10 @@ impl Slicer {
     ) {
         self.image.fill(&hits.met, rings);
         // A sweep without ground (held over a ditch, all grass) keeps the ground of the one before.
-        self.ground =
-            Ground::fit(&hits.met, self.ground).or_else(|| Ground::fit(&hits.met, None)).or(self.ground);
+        let points = &mut self.low;
+        self.ground = Ground::fit(&hits.met, self.ground, points)
+            .or_else(|| Ground::fit(&hits.met, None, points))
+            .or(self.ground);
         let stance = Stance {
             flat_from_base: self.ground.map_or_else(Rotation3::identity, |g| g.level_from_base()),
             // Without any ground ever, heights count from a hand's breadth below the beams' horizon.
@@ -71,8 +78,8 @@ impl Slicer {
     }
 
     /// Adds what the beams of the sweep that was viewed last crossed without meeting anything.
-    pub(crate) fn clear(&self, hits: &Hits, settings: &MhdSettings, view: &mut View) {
-        clearings(hits, &self.stance, &self.bins, settings, view);
+    pub(crate) fn clear(&mut self, hits: &Hits, settings: &MhdSettings, view: &mut View) {
+        clearings(hits, &self.stance, &self.bins, settings, &mut self.stretches, view);
     }
 
     /// Finds the upright returns, their layer and bin, and the nearest of every bin.
@@ -150,13 +157,21 @@ fn bin_of(bearing_rad: f64, bins: usize) -> usize {
 }
 
 /// Per bearing and layer the stretch that beams crossed at the layer's heights, up to the nearest upright thing.
-fn clearings(hits: &Hits, stance: &Stance, bins: &[Bin], settings: &MhdSettings, view: &mut View) {
+fn clearings(
+    hits: &Hits,
+    stance: &Stance,
+    bins: &[Bin],
+    settings: &MhdSettings,
+    stretches: &mut Vec<Stretch>,
+    view: &mut View,
+) {
     let edges = &settings.layer_edges_m;
     let nothing = (f64::INFINITY, 0.0_f64, 0.0_f64);
-    let mut stretches = vec![nothing; CLEARING_BINS * settings.layers()];
-    let beams =
-        hits.met.iter().map(|hit| (hit, hit.level_m)).chain(hits.missed.iter().map(|hit| (hit, f64::MAX)));
-    for (hit, reach_m) in beams.step_by(BEAM_STRIDE) {
+    stretches.clear();
+    stretches.resize(CLEARING_BINS * settings.layers(), nothing);
+    let met = hits.met.iter().step_by(BEAM_STRIDE).map(|hit| (*hit, hit.level_m));
+    let missed = hits.missed.iter().step_by(BEAM_STRIDE).filter_map(|miss| hits.beam(miss));
+    for (hit, reach_m) in met.chain(missed.map(|hit| (hit, f64::MAX))) {
         let level = stance.flat_from_base * hit.at;
         let level_m = level.xy().norm();
         if level_m <= 0.0 {
@@ -183,7 +198,7 @@ fn clearings(hits: &Hits, stance: &Stance, bins: &[Bin], settings: &MhdSettings,
     }
     let per_layer = bins_of(settings.bin_rad);
     let origin = (stance.flat_from_base * stance.lidar_m).xy();
-    for (index, (from_m, to_m, after_s)) in stretches.into_iter().enumerate() {
+    for (index, (from_m, to_m, after_s)) in stretches.iter().copied().enumerate() {
         let (layer, bearing) = (index / CLEARING_BINS, index % CLEARING_BINS);
         let center_rad = (bearing as f64 + 0.5) / CLEARING_BINS as f64 * TAU - PI;
         let half = TAU / CLEARING_BINS as f64 / 2.0;
@@ -206,6 +221,7 @@ fn clearings(hits: &Hits, stance: &Stance, bins: &[Bin], settings: &MhdSettings,
 
 #[cfg(test)]
 mod tests {
+    use super::super::hits::Miss;
     use super::*;
 
     /// Sixteen rings over level ground half a meter below, with a post of 5 cm radius every 30 degrees, 4 m away.
@@ -216,7 +232,8 @@ mod tests {
             let from_post = (bearing_rad / PI * 6.0).fract().abs();
             let sees_post = (from_post.min(1.0 - from_post) * PI / 6.0 * 4.0) < 0.05;
             for ring in 0..16_u16 {
-                let rise = (2.0 * f64::from(ring) - 15.0).to_radians().tan();
+                let elevation_rad = (2.0 * f64::from(ring) - 15.0).to_radians();
+                let rise = elevation_rad.tan();
                 let ground_m = if rise < 0.0 { -0.5 / rise } else { f64::INFINITY };
                 let level_m = if sees_post { ground_m.min(4.0) } else { ground_m };
                 let hit = |level_m: f64| Hit {
@@ -226,7 +243,8 @@ mod tests {
                     after_s: 0.0,
                     ring,
                 };
-                if level_m.is_finite() { hits.met.push(hit(level_m)) } else { hits.missed.push(hit(1.0)) }
+                let miss = Miss { azimuth_rad: bearing_rad, elevation_rad, after_s: 0.0, ring };
+                if level_m.is_finite() { hits.met.push(hit(level_m)) } else { hits.missed.push(miss) }
             }
         }
         hits

@@ -21,7 +21,7 @@ const DISTINCT_RAD: f64 = 0.12;
 /// than the distances are capped, else nothing is bounded.
 const BLOCK: i32 = 4;
 /// A wide search finds every pose of its lattice that is worse than the best by less than this, meters.
-pub(crate) const WIDE_MARGIN_M: f64 = 0.03;
+const MARGIN_M: f64 = 0.03;
 
 /// How far and how finely to search around the prediction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +54,7 @@ pub(crate) struct Search {
     cells: Vec<(usize, CellIndex)>,
     scored: Vec<Hypothesis>,
     blocks: Vec<Block>,
+    chosen: Vec<Hypothesis>,
 }
 
 /// A square of positions of a wide lattice.
@@ -68,7 +69,7 @@ struct Block {
 }
 
 impl Search {
-    /// The `wanted` best distinct poses of the lattice, best first. The prediction itself is always on the lattice.
+    /// The best distinct poses of the lattice, best first, `wanted` at most. The prediction itself is always on the lattice.
     pub(crate) fn run(
         &mut self,
         field: &Field,
@@ -77,7 +78,7 @@ impl Search {
         lattice: &Lattice,
         keep_ratio: f64,
         wanted: usize,
-    ) -> Vec<Hypothesis> {
+    ) -> &[Hypothesis] {
         let stride = features.len().div_ceil(POINTS_MAX).max(1);
         let step = ((lattice.step_m / field.cell_m()).round() as i32).max(1);
         let steps = (lattice.reach_m / (f64::from(step) * field.cell_m())).ceil() as i32;
@@ -97,7 +98,7 @@ impl Search {
                 let at = turned.place(&feature.at, feature.after_s);
                 (feature.layer, field.cell_of(at.x, at.y))
             }));
-            let Some(kept) = kept_of(self.cells.len(), keep_ratio) else { return Vec::new() };
+            let Some(kept) = kept_of(self.cells.len(), keep_ratio) else { return &[] };
             if lattice.prior_m <= 0.0 {
                 best_m = self.descend(field, &turned.pose, step, steps, kept, best_m);
                 continue;
@@ -138,7 +139,7 @@ impl Search {
         // The most promising comes last and is looked at first.
         blocks.sort_by(|a, b| b.bound_m.total_cmp(&a.bound_m));
         while let Some(block) = blocks.pop() {
-            if block.bound_m > best_m + WIDE_MARGIN_M {
+            if block.bound_m > best_m + MARGIN_M {
                 continue;
             }
             let (i, j) = block.low;
@@ -191,8 +192,9 @@ impl Search {
         sum as f64 / (2 * kept) as f64 * field.cap_m() / COARSE_LEVELS as f64
     }
 
-    fn distinct(&mut self, wanted: usize) -> Vec<Hypothesis> {
-        let mut chosen: Vec<Hypothesis> = Vec::with_capacity(wanted);
+    fn distinct(&mut self, wanted: usize) -> &[Hypothesis] {
+        let (scored, chosen) = (&self.scored, &mut self.chosen);
+        chosen.clear();
         while chosen.len() < wanted {
             let far = |one: &&Hypothesis| {
                 chosen.iter().all(|other| {
@@ -200,7 +202,7 @@ impl Search {
                     apart.xy().norm() > DISTINCT_M || arborloop_base::wrap_angle(apart.z).abs() > DISTINCT_RAD
                 })
             };
-            let best = self.scored.iter().filter(far).min_by(|a, b| a.cost_m.total_cmp(&b.cost_m));
+            let best = scored.iter().filter(far).min_by(|a, b| a.cost_m.total_cmp(&b.cost_m));
             let Some(best) = best.copied() else { break };
             chosen.push(best);
         }
@@ -239,7 +241,8 @@ mod tests {
             chart.draw(&motion(0.2, -0.1, 0.1), &features, &[]);
             field.follow(&mut chart);
             let start = motion(0.0, 0.0, 0.0);
-            let found = Search::default().run(&field, &features, &start, &lattice, 0.8, 3);
+            let mut search = Search::default();
+            let found = search.run(&field, &features, &start, &lattice, 0.8, 3);
             let mut slow = f64::INFINITY;
             for turn in -4..=4 {
                 for j in -4..=4 {
@@ -273,13 +276,13 @@ mod tests {
             let start = motion(0.0, 0.0, 0.0);
             let wide = Lattice { reach_m: 1.4, reach_rad: PI, step_m: 0.2, step_rad: 0.1, prior_m: 0.0 };
             let mut search = Search::default();
-            let found = search.run(&field, &features, &start, &wide, 0.8, 3);
+            let found = search.run(&field, &features, &start, &wide, 0.8, 3)[0];
             let bounded = search.scored.clone();
             // A prior too small to matter makes the search look at every pose.
             search.run(&field, &features, &start, &Lattice { prior_m: 1e-12, ..wide }, 0.8, 3);
             let best_m = search.scored.iter().map(|one| one.cost_m).fold(f64::INFINITY, f64::min);
-            assert!((found[0].cost_m - best_m).abs() < 1e-9);
-            for one in search.scored.iter().filter(|one| one.cost_m < best_m + WIDE_MARGIN_M - 1e-9) {
+            assert!((found.cost_m - best_m).abs() < 1e-9);
+            for one in search.scored.iter().filter(|one| one.cost_m < best_m + MARGIN_M - 1e-9) {
                 assert!(bounded.iter().any(|other| (other.pose - one.pose).norm() < 1e-9), "{one:?}");
             }
             assert!(bounded.len() < search.scored.len() / 4, "{}", bounded.len());
