@@ -3,6 +3,7 @@
 mod gnss;
 mod imu;
 pub mod lidar;
+mod lowpass;
 mod motion;
 mod odometry;
 
