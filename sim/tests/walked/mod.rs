@@ -25,13 +25,14 @@ impl Ground for Soil<'_> {
     }
 }
 
-/// Bare ground: bumps of a greatest height (two deviations) over a slope.
+/// Bare ground: bumps of a greatest height (three deviations: bounded
+/// noise of that height has as much) over a slope.
 pub(crate) fn ground(bump_m: f64, slope_deg: f64, seed: u64) -> World {
     let terrain = TerrainSpec {
         extent_m: 15.0,
         cell_m: 0.05,
         relief_m: 0.0,
-        bump_m: bump_m / 2.0,
+        bump_m: bump_m / 3.0,
         bump_wavelength_m: 0.6,
         slope_deg,
         slope_toward_deg: 30.0,

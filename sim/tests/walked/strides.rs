@@ -13,7 +13,7 @@ const KEPT: usize = 12;
 /// Every kind: three speeds, three turns, smooth and rough ground.
 pub(crate) fn library() -> Option<StrideLibrary> {
     let mut bins = Vec::new();
-    for (bump_m, roughness_m) in [(0.0, 0.0), (0.03, 0.006)] {
+    for (bump_m, roughness_m) in [(0.0, 0.0), (0.045, 0.006)] {
         for forward_mps in [0.25, 0.5, 0.8] {
             for turn_radps in [-0.6, 0.0, 0.6] {
                 bins.push(bin(Pace { forward_mps, turn_radps, roughness_m }, bump_m));

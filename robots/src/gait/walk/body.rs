@@ -37,18 +37,20 @@ pub struct Motor {
 const FULL_TORQUE_SHARE: f64 = 0.6;
 
 impl Motor {
-    /// The torque that the motor gives when asked for one at a speed: never more than its envelope, less when fast.
-    /// A number that is none asks for nothing.
+    /// The torque that the motor gives when asked for one at a speed: never more than its envelope, less when fast, and
+    /// a brake when it is turned faster than its voltage reaches. A number that is none asks for nothing.
     pub fn torque_nm(&self, asked_nm: f64, speed_radps: f64) -> f64 {
-        if !asked_nm.is_finite() {
+        if !asked_nm.is_finite() || !speed_radps.is_finite() {
             return 0.0;
         }
-        let corner_radps = FULL_TORQUE_SHARE * self.speed_radps_max;
         // Only a motor that drives is short of voltage: one that brakes has its speed's voltage to spare.
-        let driving_radps = speed_radps * asked_nm.signum();
-        let left = (self.speed_radps_max - driving_radps) / (self.speed_radps_max - corner_radps);
-        let most_nm = self.torque_nm_max * left.clamp(0.0, 1.0);
-        asked_nm.clamp(-most_nm, most_nm)
+        let most_nm = |driving_radps: f64| {
+            let falling_radps = (1.0 - FULL_TORQUE_SHARE) * self.speed_radps_max;
+            let left = (self.speed_radps_max - driving_radps) / falling_radps;
+            self.torque_nm_max * left.clamp(-1.0, 1.0)
+        };
+        let (low_nm, high_nm) = (-most_nm(-speed_radps), most_nm(speed_radps));
+        asked_nm.clamp(low_nm, high_nm)
     }
 }
 
@@ -114,6 +116,10 @@ mod tests {
         assert_eq!(motor.torque_nm(-100.0, 0.0), -motor.torque_nm_max);
         assert_eq!(motor.torque_nm(10.0, motor.speed_radps_max), 0.0);
         assert_eq!(motor.torque_nm(-100.0, motor.speed_radps_max), -motor.torque_nm_max);
+        assert!(
+            motor.torque_nm(10.0, 1.2 * motor.speed_radps_max) < 0.0,
+            "driven beyond its speed it brakes"
+        );
         assert_eq!(motor.torque_nm(f64::NAN, 0.0), 0.0);
         assert_eq!(motor.torque_nm(5.0, 1.0), 5.0);
     }
