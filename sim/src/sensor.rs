@@ -10,7 +10,7 @@ mod odometry;
 pub use gnss::{DatumSpec, GnssSpec};
 pub use imu::ImuSpec;
 pub use lidar::{EchoChoice, FaultSpec, FiringStory, LidarModel, LidarSpec, WeatherSpec};
-pub use odometry::OdometrySpec;
+pub use odometry::{OdometrySource, OdometrySpec};
 
 pub(crate) use gnss::Gnss;
 pub(crate) use imu::InertialSensor;

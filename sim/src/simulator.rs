@@ -195,6 +195,9 @@ impl Simulator {
         self.contacts = self.gait.advance(&command, &self.world.terrain);
         let state = self.gait.state();
         self.motion.push_body(state.world_from_base, state.joint_angles_rad);
+        if let Some(odometry) = self.odometry.as_mut() {
+            odometry.feel(state);
+        }
         if let Some(imu) = self.imu.as_mut() {
             imu.feel(self.scenario.tick(), &state.world_from_base, &state.linear_mps, &state.angular_radps);
         }

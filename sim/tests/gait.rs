@@ -2,7 +2,7 @@
 
 mod walked;
 
-use arborloop_base::{Record, Seed, Sink, SinkError, Time};
+use arborloop_base::{Observation, Record, Seed, Sink, SinkError, Time};
 use arborloop_robots::{Body, Command, FallCause, GaitMode, TrotSettings};
 use arborloop_sim::{Driver, End, Scenario, Simulator, run};
 use nalgebra::Vector3;
@@ -167,6 +167,39 @@ fn a_fall_ends_a_run_with_its_cause() {
     assert!(matches!(outcome.end, End::Fell(_)), "{:?}", outcome.end);
     assert!(outcome.end.to_string().starts_with("Fell (the trunk "), "{}", outcome.end);
     assert!(outcome.duration.seconds() < 20.0);
+}
+
+#[test]
+fn legs_tell_how_far_a_physics_walk_went() {
+    let changes = [
+        "gait.mode=\"physics\"",
+        "odometry.source=\"legs\"",
+        "odometry.scale_error_ratio=0.0",
+        "odometry.speed_noise_mps=0.0",
+        "odometry.turn_noise_radps=0.0",
+        "imu.bandwidth_hz=150.0",
+        "run.duration_s_max=6.0",
+    ];
+    let document = Scenario::embedded("cone-field-go1-short").unwrap();
+    let scenario = Scenario::read(&document.overridden(&changes.map(str::to_owned)).unwrap()).unwrap();
+    let mut sim = Simulator::new(&scenario, Seed(1));
+    sim.obey(Command { forward_mps: 0.5, turn_radps: 0.0 });
+    let (mut told_m, mut felt) = (0.0, 0.0);
+    for _ in 0..6000 {
+        for observation in sim.step() {
+            match observation {
+                Observation::Odometry(one) => told_m += one.twist.linear_mps.x / 50.0,
+                Observation::Imu(one) => felt += one.specific_force_mps2.z / 3000.0,
+                _ => {}
+            }
+        }
+    }
+    let truth = sim.truth();
+    let went_m =
+        (truth.world_from_base.translation.vector - truth.world_from_start.translation.vector).norm();
+    assert!(went_m > 2.0 && (told_m / went_m - 1.0).abs() < 0.05, "{told_m} m told of {went_m} m");
+    // However hard the feet land, what is felt is gravity on the average: the robot ends as high as it began.
+    assert!((felt - 9.806_65).abs() < 0.1, "{felt} m/s2");
 }
 
 struct Nowhere;

@@ -7,6 +7,7 @@ mod body;
 mod error;
 mod forces;
 mod leg;
+mod odometry;
 mod plane;
 mod settings;
 mod stepping;

@@ -29,6 +29,8 @@ pub(crate) struct LegState {
     pub(crate) foot: Point3<f64>,
     /// Foot's velocity in the base per joint rate.
     pub(crate) jacobian: Matrix3<f64>,
+    /// Calf's turn rate in the base per joint rate: the joints' axes.
+    pub(crate) axes: Matrix3<f64>,
     /// Joint-space inertia with the rotors, kg m2.
     pub(crate) inertia: Matrix3<f64>,
     /// Row per joint: the moment of the leg's mass, kg m; times a field of gravity it is the joint's torque.
@@ -108,7 +110,7 @@ impl Leg {
         let foot = base_from_link * self.calf_from_foot;
         let column = |joint: usize| axes[joint].cross(&(foot.coords - anchors[joint]));
         let jacobian = Matrix3::from_columns(&[column(0), column(1), column(2)]);
-        LegState { foot, jacobian, inertia, moment }
+        LegState { foot, jacobian, axes: Matrix3::from_columns(&axes), inertia, moment }
     }
 
     /// The foot's acceleration in the base when the joint rates stay as they are, m/s2.
