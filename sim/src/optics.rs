@@ -20,7 +20,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use soil::Soil;
 use std::sync::{Mutex, PoisonError};
-pub use trace::InstructionSet;
+pub use trace::{Found, InstructionSet};
 use trace::{Scene, Seen, Surface, Worker};
 use turbid::{Span, Turbid};
 
@@ -76,7 +76,7 @@ pub struct Optics {
 #[derive(Debug)]
 struct Scratch {
     worker: Worker,
-    seen: Vec<Option<Seen>>,
+    found: Vec<Option<Found>>,
     spans: Vec<Span>,
 }
 
@@ -118,6 +118,18 @@ impl Optics {
         });
     }
 
+    /// What the tracer alone says of each ray: the surface and a distance in single precision, without the exact hit, and
+    /// without grass and haze. What other ray casters answer, and so what is held against them.
+    pub fn find_all(&self, rays: &[Ray], found: &mut Vec<Option<Found>>) {
+        found.resize(rays.len(), None);
+        let batches = rays.par_chunks(BATCH).zip(found.par_chunks_mut(BATCH));
+        batches.for_each(|(rays, found)| {
+            let mut scratch = self.take();
+            self.scene.trace(&self.world, rays, &mut scratch.worker, found);
+            self.give_back(scratch);
+        });
+    }
+
     /// What the ray meets first.
     pub fn cast(&self, ray: &Ray) -> Option<Hit> {
         let mut scratch = self.take();
@@ -141,7 +153,7 @@ impl Optics {
         let idle = self.idle.lock().unwrap_or_else(PoisonError::into_inner).pop();
         idle.unwrap_or_else(|| Scratch {
             worker: self.scene.worker(&self.world),
-            seen: vec![None; BATCH],
+            found: vec![None; BATCH],
             spans: Vec::with_capacity(64),
         })
     }
@@ -151,11 +163,11 @@ impl Optics {
     }
 
     fn cast_batch(&self, rays: &[Ray], hits: &mut [Option<Hit>], scratch: &mut Scratch) {
-        let Scratch { worker, seen, spans } = scratch;
-        let seen = &mut seen[..rays.len()];
-        self.scene.trace(&self.world, rays, worker, seen);
+        let Scratch { worker, found, spans } = scratch;
+        let found = &mut found[..rays.len()];
+        self.scene.trace(&self.world, rays, worker, found);
         let (mut known, mut covered) = (None, false);
-        for ((ray, seen), hit) in rays.iter().zip(seen).zip(hits) {
+        for ((ray, found), hit) in rays.iter().zip(found).zip(hits) {
             // Rays of one packet often begin at one place; the soil is asked once.
             if known != Some(ray.origin) || ray.range_m_min != 0.0 {
                 covered = self.soil.covers_start(ray);
@@ -164,7 +176,11 @@ impl Optics {
             *hit = if covered {
                 Some(self.inside_soil(ray))
             } else {
-                self.finish(ray, seen.as_ref(), worker, spans)
+                let seen = |found: &Found| Seen {
+                    surface: self.scene.surface(found),
+                    range_m: f64::from(found.range_m),
+                };
+                self.finish(ray, found.as_ref().map(seen).as_ref(), worker, spans)
             };
         }
     }

@@ -111,6 +111,17 @@ pub(super) struct Seen {
     pub(super) range_m: f64,
 }
 
+/// What the tracer itself answers: which surface a beam meets, and how far away in single precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Found {
+    /// From the beam's own origin, meters.
+    pub range_m: f32,
+    /// The plant's index among the world's, or one of the two greatest numbers below `u32::MAX`: soil and solids.
+    pub place: u32,
+    /// Which leaf or branch, solid or triangle of the soil.
+    pub part: u32,
+}
+
 impl Scene {
     pub(super) fn new(world: &World) -> Self {
         let bounds = world.terrain.bounds();
@@ -153,10 +164,16 @@ impl Scene {
         Worker { knots: Knots::new(&world.wind, &world.plants), placed, stack: Vec::with_capacity(256) }
     }
 
-    /// What each ray meets first, in order; `seen` is as long as `rays`.
-    pub(super) fn trace(&self, world: &World, rays: &[Ray], worker: &mut Worker, seen: &mut [Option<Seen>]) {
-        assert_eq!(rays.len(), seen.len(), "one answer a ray");
-        simd::run(self.isa, descent::Tracing { scene: self, world, rays, worker, seen });
+    /// What each ray meets first, in order; `found` is as long as `rays`.
+    pub(super) fn trace(
+        &self,
+        world: &World,
+        rays: &[Ray],
+        worker: &mut Worker,
+        found: &mut [Option<Found>],
+    ) {
+        assert_eq!(rays.len(), found.len(), "one answer a ray");
+        simd::run(self.isa, descent::Tracing { scene: self, world, rays, worker, found });
     }
 
     /// Where a plant is at an instant, in a world where the wind blows.

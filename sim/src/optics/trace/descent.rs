@@ -6,7 +6,7 @@ use super::node::Child;
 use super::shoot::Flutter;
 use super::walk::{self, Beams, Met, Nearest, Pending, Visit};
 use super::{
-    Grown, MARGIN_M, PLANT, Placed, SHOOT, SOLID, Scene, Seen, Surface, TICK_NS, TILE, Worker, packet, simd,
+    Found, Grown, MARGIN_M, PLANT, Placed, SHOOT, SOLID, Scene, Surface, TICK_NS, TILE, Worker, packet, simd,
 };
 use crate::optics::Ray;
 use arborloop_base::Time;
@@ -19,7 +19,7 @@ pub(super) struct Tracing<'a> {
     pub(super) world: &'a World,
     pub(super) rays: &'a [Ray],
     pub(super) worker: &'a mut Worker,
-    pub(super) seen: &'a mut [Option<Seen>],
+    pub(super) found: &'a mut [Option<Found>],
 }
 
 impl simd::Job for Tracing<'_> {
@@ -48,13 +48,12 @@ impl simd::Job for Tracing<'_> {
             };
             walk::walk(&self.scene.top, &beams, wide.mask, MARGIN_M, &mut nearest, stack, &mut visit);
             let mut ranges = [0.0_f32; packet::GROUP];
-            nearest.range.store(&mut ranges);
+            nearest.range.sub(wide.ahead).store(&mut ranges);
             let mut lane = 0;
             while lane < packet.rays.len() {
-                self.seen[done + lane] = self
-                    .scene
-                    .surface(nearest.met[lane])
-                    .map(|surface| Seen { surface, range_m: packet.own_range_m(lane, ranges[lane]) });
+                let Met { place, part } = nearest.met[lane];
+                let found = Found { range_m: ranges[lane], place, part };
+                self.found[done + lane] = if place == Met::NOTHING.place { None } else { Some(found) };
                 lane += 1;
             }
             done += packet.rays.len();
@@ -63,17 +62,17 @@ impl simd::Job for Tracing<'_> {
 }
 
 impl Scene {
+    /// The surface that was found.
     #[inline(always)]
-    fn surface(&self, met: Met) -> Option<Surface> {
-        let part = met.part as usize;
-        match met.place {
-            u32::MAX => None,
-            Met::GROUND => Some(Surface::Soil { facet: self.soil.facet(met.part) }),
-            Met::SOLID => Some(Surface::Solid { index: part }),
-            plant if met.part & Met::BRANCH != 0 => {
-                Some(Surface::Branch { plant: plant as usize, branch: part & !(Met::BRANCH as usize) })
+    pub(in crate::optics) fn surface(&self, found: &Found) -> Surface {
+        let part = found.part as usize;
+        match found.place {
+            Met::GROUND => Surface::Soil { facet: self.soil.facet(found.part) },
+            Met::SOLID => Surface::Solid { index: part },
+            plant if found.part & Met::BRANCH != 0 => {
+                Surface::Branch { plant: plant as usize, branch: part & !(Met::BRANCH as usize) }
             }
-            plant => Some(Surface::Leaf { plant: plant as usize, leaf: part }),
+            plant => Surface::Leaf { plant: plant as usize, leaf: part },
         }
     }
 }

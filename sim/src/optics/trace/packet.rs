@@ -31,6 +31,8 @@ pub(super) struct WideRays<I: Isa> {
     /// Where each ray's stretch begins and ends, measured from the shared origin.
     pub(super) begin: I::Wide,
     pub(super) end: I::Wide,
+    /// How far along each ray its own origin is from the shared one.
+    pub(super) ahead: I::Wide,
     pub(super) mask: u32,
 }
 
@@ -66,6 +68,7 @@ impl Packet<'_> {
         let mut direction = [[0.0_f32; GROUP]; 3];
         let mut begin = [f32::INFINITY; GROUP];
         let mut end = [f32::NEG_INFINITY; GROUP];
+        let mut ahead = [0.0_f32; GROUP];
         let mut mask = 0;
         let mut lane = 0;
         while lane < self.rays.len() && lane < GROUP {
@@ -76,6 +79,7 @@ impl Packet<'_> {
             direction[2][lane] = ray.direction.z as f32;
             begin[lane] = (ray.range_m_min + ahead_m) as f32;
             end[lane] = (ray.range_m_max + ahead_m) as f32;
+            ahead[lane] = ahead_m as f32;
             mask |= 1 << lane;
             lane += 1;
         }
@@ -87,13 +91,8 @@ impl Packet<'_> {
             ],
             begin: I::Wide::load(&begin),
             end: I::Wide::load(&end),
+            ahead: I::Wide::load(&ahead),
             mask,
         }
-    }
-
-    /// The distance from the ray's own origin, meters.
-    #[inline(always)]
-    pub(super) fn own_range_m(&self, lane: usize, range: f32) -> f64 {
-        f64::from(range) - self.ahead_m(&self.rays[lane])
     }
 }

@@ -163,7 +163,9 @@ pub(super) fn walk<I: Isa, V: Visit<I>>(
     let floor = stack.len();
     let mut next = Pending { range: nearest.near, child: Child::new(Child::NODE, 0), mask };
     loop {
-        if next.range <= nearest.far {
+        // The beams that have met something nearer since the box was put on the stack need it no more.
+        next.mask &= I::Wide::splat(next.range).le(nearest.range);
+        if next.mask != 0 {
             if next.child.kind() == Child::NODE {
                 let node = &nodes[next.child.index()];
                 if beams.one_way {
