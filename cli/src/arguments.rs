@@ -91,6 +91,9 @@ pub(crate) struct Test {
     /// Run only what has this in its name.
     #[arg(long)]
     pub(crate) filter: Option<String>,
+    /// At most so many seeds of each case, the first ones.
+    #[arg(long, value_name = "COUNT")]
+    pub(crate) seeds: Option<usize>,
     /// Folder of the suite's results; runs/<suite> when absent.
     #[arg(short, long)]
     pub(crate) output: Option<PathBuf>,

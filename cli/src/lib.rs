@@ -27,6 +27,7 @@ mod expect;
 mod experiment;
 mod failure;
 mod load;
+mod metric;
 mod output;
 mod page;
 mod progress;
@@ -36,6 +37,7 @@ mod suite;
 mod systems;
 mod table;
 mod trace;
+mod twins;
 mod verbs;
 
 pub use arborloop_base as base;

@@ -93,8 +93,8 @@ pub(crate) fn published_site(name: &str) -> Option<&'static str> {
     let twins = [
         ("cone-field", "cone field"),
         ("citrus", "CitrusFarm"),
-        ("bacchus", "Bacchus"),
-        ("pullally", "Pullally"),
+        ("vineyard", "Bacchus"),
+        ("orchard", "Pullally"),
         ("run1", "Pullally"),
         ("run2", "Pullally"),
     ];

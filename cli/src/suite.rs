@@ -13,6 +13,7 @@ use std::path::Path;
 pub(crate) const EMBEDDED: &[(&str, &str)] = &[
     ("smoke", include_str!("../suites/smoke.toml")),
     ("cone-field", include_str!("../suites/cone-field.toml")),
+    ("paper", include_str!("../suites/paper.toml")),
 ];
 
 /// A suite as written.

@@ -1,9 +1,9 @@
 //! Results for a terminal: one table, systems as columns, the paper's row beside them.
 
+use crate::metric::{MAP, POSE, as_printed};
 use crate::page::{published_site, verdict_lines};
 use crate::session::{Session, SystemResult};
 use arborloop_eval::paper::{self, Published};
-use arborloop_eval::{MapScore, Score};
 use comfy_table::{CellAlignment, ContentArrangement, Table, TableComponent, presets};
 
 type Of<'a> = &'a dyn Fn(&SystemResult) -> Option<f64>;
@@ -63,53 +63,24 @@ fn metrics(session: &Session) -> Table {
     let names = session.systems.iter().map(|system| system.name.clone());
     let methods = published.iter().map(|row| format!("paper: {}", row.method));
     table.set_header(std::iter::once("metric".to_owned()).chain(names).chain(methods));
-    let score = |pick: fn(&Score) -> Option<f64>| move |s: &SystemResult| pick(s.score.as_ref().ok()?);
-    let map = |pick: fn(&MapScore) -> Option<f64>| move |s: &SystemResult| pick(s.map_score.as_ref()?);
     let mut row = |name: &str, decimals: usize, of: Of<'_>, printed: &dyn Fn(usize) -> Option<Published>| {
         let show = |value: Option<f64>| value.map_or("n/a".to_owned(), |value| format!("{value:.decimals$}"));
         let ours = session.systems.iter().map(|system| show(of(system)));
-        let theirs = (0..published.len()).map(|index| match printed(index) {
-            Some(Published { value, half_width: Some(half) }) => format!("{value} +- {half}"),
-            Some(Published { value, half_width: None }) => value.to_string(),
-            None => String::new(),
-        });
+        let theirs = (0..published.len()).map(|index| printed(index).map_or(String::new(), as_printed));
         table.add_row(std::iter::once(name.to_owned()).chain(ours).chain(theirs));
     };
-    let none = |_: usize| None;
-    row("position mean (m)", 4, &score(|s| Some(s.position_mean_m)), &|n| published[n].position_mean_m);
-    row("position RMS (m)", 4, &score(|s| Some(s.position_rms_m)), &|n| published[n].position_rms_m);
-    row("position max (m)", 4, &score(|s| Some(s.position_max_m)), &none);
-    row("heading mean (deg)", 3, &score(|s| s.heading_mean_deg), &none);
-    row("heading RMS (deg)", 3, &score(|s| s.heading_rms_deg), &none);
-    row("motion direction mean (rad)", 3, &score(|s| s.motion_direction_mean_rad), &|n| {
-        published[n].motion_direction_mean_rad
-    });
-    row("position increment mean (m)", 4, &score(|s| Some(s.position_increment_mean_m)), &|n| {
-        published[n].position_increment_mean_m
-    });
-    row("position increment RMS (m)", 4, &score(|s| Some(s.position_increment_rms_m)), &|n| {
-        published[n].position_increment_rms_m
-    });
-    row("heading increment mean (deg)", 3, &score(|s| s.heading_increment_mean_deg), &none);
-    row("error of path length (%)", 4, &score(|s| s.error_ratio_percent), &|n| {
-        published[n].error_ratio_percent
-    });
-    row("loop (m)", 4, &score(|s| Some(s.loop_m)), &|n| published[n].loop_m);
-    row("APE RMSE (m)", 4, &score(|s| Some(s.ape.rmse)), &none);
-    row("ATE RMSE, SE(2) (m)", 4, &score(|s| s.ape_se2.map(|stats| stats.rmse)), &none);
-    row("RPE RMSE (m)", 4, &score(|s| s.rpe_translation.map(|stats| stats.rmse)), &none);
-    if session.simulated.is_some() {
-        let twin = |pick: fn(&paper::PublishedMapRow) -> Published| {
-            let ours = site == Some("cone field");
-            move |n: usize| (ours && n == 0).then(|| pick(&paper::CONE_FIELD_MAP))
-        };
-        row("map error (cells)", 2, &map(|m| m.mean_map_error_cells), &twin(|m| m.mean_map_error_cells));
-        row("map accuracy", 3, &map(|m| m.accuracy_ratio), &twin(|m| m.accuracy_ratio));
-        row("map F1", 3, &map(|m| m.f1_ratio), &twin(|m| m.f1_ratio));
-        row("map PPV", 3, &map(|m| m.ppv_ratio), &twin(|m| m.ppv_ratio));
-        row("map TPR", 3, &map(|m| m.tpr_ratio), &twin(|m| m.tpr_ratio));
-        row("map TNR", 3, &map(|m| m.tnr_ratio), &twin(|m| m.tnr_ratio));
+    for metric in POSE {
+        let of = |system: &SystemResult| (metric.of)(system.score.as_ref().ok()?);
+        row(metric.name, metric.decimals, &of, &|n| (metric.published)(&published[n]));
     }
+    if session.simulated.is_some() {
+        for metric in MAP {
+            let of = |system: &SystemResult| (metric.of)(system.map_score.as_ref()?);
+            let twin = |n: usize| (site == Some("cone field") && n == 0).then_some(paper::CONE_FIELD_MAP);
+            row(metric.name, metric.decimals, &of, &|n| (metric.published)(&twin(n)?));
+        }
+    }
+    let none = |_: usize| None;
     row("CPU per sweep, mean (ms)", 2, &|s| s.cpu_ms.map(|stats| stats.mean), &none);
     row("CPU per sweep, max (ms)", 2, &|s| s.cpu_ms.map(|stats| stats.max), &none);
     row("sweeps not tracking", 0, &|s| Some((s.health.degraded + s.health.lost) as f64), &none);

@@ -242,6 +242,16 @@ expect = [{ system = "still", metric = "position_max_m", max = 0.1 }]
     let xml = std::fs::read_to_string(folder.path().join("runs/tiny/junit.xml")).unwrap();
     assert!(xml.contains("tests=\"2\"") && xml.contains("failures=\"2\""), "{xml}");
     assert!(folder.path().join("runs/tiny/0-cone-field-go1-short-truth/2/scenario.resolved.toml").is_file());
+    // The scenario is the twin of a site that the paper has: its rows stand beside ours, over two seeds and over one.
+    let tables = std::fs::read_to_string(folder.path().join("runs/tiny/tables.md")).unwrap();
+    assert!(
+        out.contains(&tables) && tables.contains("twin of cone field: 2 seeds, driven by truth, route."),
+        "{out}"
+    );
+    let row = tables.lines().find(|line| line.starts_with("| position mean (m)")).unwrap();
+    assert!(row.contains("+- 0.0") && row.contains("0.08 +- 0.05") && row.contains("0.99 +- 0.78"), "{row}");
+    with_code(folder.path(), &["test", "tiny.toml", "-q", "--seeds", "1", "-o", "one"], 100);
+    assert!(!folder.path().join("one/0-cone-field-go1-short-truth/2").exists());
 }
 
 #[test]

@@ -8,6 +8,7 @@ use crate::session::{Case, Session, simulate};
 use crate::suite::{self, Job};
 use crate::systems::Catalog;
 use crate::table::plain_table;
+use crate::twins;
 use arborloop_eval::OverSeeds;
 use arborloop_sim::Scenario;
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
@@ -18,6 +19,10 @@ use std::sync::Mutex;
 
 pub(crate) fn test(catalog: &Catalog, arguments: &Arguments, verb: &Test) -> Result<(), Failure> {
     let (suite, mut jobs) = suite::read(&verb.suite)?;
+    if let Some(most) = verb.seeds {
+        let first = |job: &Job| job.case.seeds.iter().take(most).any(|&seed| seed == job.seed);
+        jobs.retain(first);
+    }
     for name in suite.cases.iter().flat_map(|case| &case.systems) {
         catalog.check(name)?;
     }
@@ -56,8 +61,19 @@ pub(crate) fn test(catalog: &Catalog, arguments: &Arguments, verb: &Test) -> Res
         .to_string()
         .map_err(|error| Failure::Internal(format!("JUnit XML: {error}")))?;
     std::fs::write(&junit, xml).map_err(Failure::file(&junit, "write"))?;
+    let tables = twins::tables(&jobs, &ended);
+    let page = folder.join("tables.md");
+    if let Some(tables) = &tables {
+        std::fs::write(&page, tables).map_err(Failure::file(&page, "write"))?;
+    }
     match arguments.format {
-        Format::Human => println!("{}junit {}", summary(&jobs, &ended), junit.display()),
+        Format::Human => {
+            print!("{}", summary(&jobs, &ended));
+            if let Some(tables) = &tables {
+                println!("{tables}tables {}", page.display());
+            }
+            println!("junit {}", junit.display());
+        }
         Format::Json => print!("{}", as_json(&jobs, &ended)),
     }
     let failed = ended.iter().filter(|session| !session.as_ref().is_ok_and(Session::passed)).count();
