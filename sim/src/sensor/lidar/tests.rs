@@ -1,6 +1,12 @@
+mod bearings;
+mod body;
+mod canopy;
 mod echoes;
+mod extremes;
 mod faults;
+mod footprints;
 mod models;
+mod returns;
 mod scene;
 mod weather;
 

@@ -78,26 +78,65 @@ pub(super) fn leaf(x_m: f64) -> Leaf {
 }
 
 pub(super) fn optics(solids: Vec<Solid>, leaves: Vec<Leaf>) -> Optics {
-    let mut world: World = build(&spec(), Seed(1));
+    let mut world = build(&spec(), Seed(1));
     world.solids.extend(solids);
     if !leaves.is_empty() {
-        world.prototypes.push(Prototype {
-            leaves,
-            haze: Vec::new(),
-            branches: Vec::new(),
-            leaf_reflectivity_ratio: 0.5,
-            bark_reflectivity_ratio: 0.3,
-        });
-        let origin = nalgebra::Point3::origin();
-        world.plants.push(Plant {
-            prototype: world.prototypes.len() - 1,
-            world_from_plant: Similarity3::identity(),
-            instance: 1,
-            hinge: Hinge { foot: origin, height_m: 3.0, fork: origin, reach_m: 3.0 },
-        });
-        world.wind = Wind::new(&WindSpec::default(), &world.plants, Seed(1));
+        let origin = std::iter::once((0.0, 0.0));
+        plant(&mut world, Prototype { leaves, ..bare_prototype() }, origin);
     }
     Optics::new(&world)
+}
+
+/// A plant without leaves.
+pub(super) fn bare_prototype() -> Prototype {
+    Prototype {
+        leaves: Vec::new(),
+        haze: Vec::new(),
+        branches: Vec::new(),
+        leaf_reflectivity_ratio: 0.5,
+        bark_reflectivity_ratio: 0.3,
+    }
+}
+
+/// One plant at the origin.
+pub(super) fn grown(prototype: Prototype) -> Optics {
+    planted(prototype, std::iter::once((0.0, 0.0)))
+}
+
+/// The same plant at many places, x and y in meters.
+pub(super) fn planted(prototype: Prototype, places_m: impl Iterator<Item = (f64, f64)>) -> Optics {
+    let mut world = build(&spec(), Seed(1));
+    plant(&mut world, prototype, places_m);
+    Optics::new(&world)
+}
+
+fn plant(world: &mut World, prototype: Prototype, places_m: impl Iterator<Item = (f64, f64)>) {
+    world.prototypes.push(prototype);
+    for (x_m, y_m) in places_m {
+        let foot = nalgebra::Point3::new(x_m, y_m, 0.0);
+        let world_from_plant = Similarity3::from_parts(foot.coords.into(), UnitQuaternion::identity(), 1.0);
+        world.plants.push(Plant {
+            prototype: world.prototypes.len() - 1,
+            world_from_plant,
+            instance: world.plants.len() as u32 + 1,
+            hinge: Hinge { foot, height_m: 3.0, fork: foot, reach_m: 3.0 },
+        });
+    }
+    world.wind = Wind::new(&WindSpec::default(), &world.plants, Seed(1));
+}
+
+/// A VLP-16 that sees every leaf, exactly.
+pub(super) fn keen(sub_rays: u32, returns: EchoChoice, seed: u64) -> Lidar {
+    let spec = LidarSpec {
+        sub_rays,
+        returns,
+        reach_m: 1e6,
+        range_noise_m: 0.0,
+        dropout_ratio: 0.0,
+        ..LidarSpec::default()
+    };
+    let mount = Pose::translation(0.0, 0.0, HEIGHT_M);
+    Lidar::new(&spec, Span::from_millis(100), mount, Seed(seed).stream("lidar"))
 }
 
 /// A body that does not move.
