@@ -20,7 +20,7 @@ const DOORS: &[(&str, &[&str])] = &[
         "rapier3d_f64",
         &["sim/src/axes.rs", "sim/src/physics.rs", "sim/src/physics/plant.rs", "sim/src/physics/soil.rs"],
     ),
-    ("urdf_rs", &["robots/src/description.rs"]),
+    ("roxmltree", &["robots/src/description/urdf.rs"]),
     ("cdr_encoding", &["eval/src/dataset/cdr.rs"]),
     ("mcap::", &["eval/src/dataset/bag.rs", "eval/src/dataset/mcap_file.rs"]),
     ("npyz", &["eval/src/dataset/pullally.rs"]),

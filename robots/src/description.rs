@@ -1,8 +1,15 @@
-//! What a robot is made of, read from URDF. This file alone names the URDF crate.
+//! What a robot is made of: links, joints, shapes, and where their frames are.
+
+mod sensors;
+mod shape;
+mod tree;
+mod urdf;
+
+pub use sensors::SensorFrame;
+pub use shape::{Form, Shape};
 
 use arborloop_base::Pose;
 use nalgebra::{Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
-use std::collections::BTreeMap;
 use std::fmt::Write;
 
 /// A robot's links and joints: one tree, its root first.
@@ -14,6 +21,8 @@ pub struct Robot {
     pub links: Vec<Link>,
     /// Joints in the file's order.
     pub joints: Vec<Joint>,
+    /// What could be read but not simulated as it stands, one sentence each.
+    pub warnings: Vec<String>,
     root: String,
 }
 
@@ -28,6 +37,10 @@ pub struct Link {
     pub center_of_mass: Point3<f64>,
     /// Inertia about the center of mass, axes of the link frame, kg m2.
     pub inertia_kgm2: Matrix3<f64>,
+    /// What it bumps into things with, or what it looks like where nothing else is said.
+    pub shapes: Vec<Shape>,
+    /// Line of the file on which it stands, from 1.
+    pub line: u32,
 }
 
 /// How a joint moves.
@@ -73,71 +86,40 @@ pub struct Joint {
     pub parent_from_child: Pose,
     /// Its axis, child frame.
     pub axis: Unit<Vector3<f64>>,
-    /// Limits; `None` for fixed and continuous joints.
+    /// Limits; `None` where the file gives none, and a continuous joint's positions have no end.
     pub limits: Option<JointLimits>,
+    /// Dry friction, N m or N.
+    pub friction: f64,
+    /// Damping, N m s/rad or N s/m.
+    pub damping: f64,
+    /// Line of the file on which it stands, from 1.
+    pub line: u32,
 }
 
-/// Why a text describes no robot.
+/// Why a text describes no robot: the place, what was found and what would do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum RobotError {
-    /// It is no URDF.
-    #[error("{file}: not a URDF robot: {found}; wanted <robot> with named links and joints")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// What the reader met.
-        found: String,
-    },
-    /// Two elements share a name.
-    #[error("{file}: {element} appears twice, wanted one of each name")]
-    Twice {
-        /// The file.
-        file: String,
-        /// The element, for instance `link "trunk"`.
-        element: String,
-    },
-    /// A joint names a link that is not there.
-    #[error("{file}: joint \"{joint}\" names link \"{link}\", wanted one of the file's links")]
-    UnknownLink {
-        /// The file.
-        file: String,
-        /// The joint.
-        joint: String,
-        /// The link it names.
-        link: String,
-    },
-    /// The links form no single tree.
-    #[error("{file}: {found}, wanted one tree of links with one root")]
-    NoTree {
-        /// The file.
-        file: String,
-        /// What is wrong.
-        found: String,
-    },
-    /// A number is out of its range.
-    #[error("{file}: {element} has {found}, wanted {wanted}")]
-    Number {
-        /// The file.
-        file: String,
-        /// The element.
-        element: String,
-        /// The number found.
-        found: String,
-        /// What would do.
-        wanted: &'static str,
-    },
+#[error("{file}:{line}: {element}: found {found}; wanted {wanted}")]
+pub struct RobotError {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The element, for instance `link "trunk"`.
+    pub element: String,
+    /// What was found there.
+    pub found: String,
+    /// What would do.
+    pub wanted: String,
 }
 
 impl Robot {
     /// Reads a URDF text; meshes are neither needed nor opened. `source_name` is the file's name, for errors.
+    ///
+    /// # Errors
+    /// What is no robot, with its line: broken XML, xacro that was not expanded, numbers that are none, links that form
+    /// no single tree.
     pub fn from_urdf(text: &str, source_name: &str) -> Result<Robot, RobotError> {
-        let file = || source_name.to_owned();
-        let read = urdf_rs::read_from_string(text)
-            .map_err(|error| RobotError::Syntax { file: file(), found: error.to_string() })?;
-        let links = read.links.iter().map(|one| link(one, source_name)).collect::<Result<Vec<_>, _>>()?;
-        let joints = read.joints.iter().map(|one| joint(one, source_name)).collect::<Result<Vec<_>, _>>()?;
-        let root = root_of_tree(&links, &joints, source_name)?;
-        Ok(Robot { name: read.name, links, joints, root })
+        urdf::read(text, source_name)
     }
 
     /// The link that is no joint's child.
@@ -209,134 +191,4 @@ impl Joint {
             JointKind::Fixed | JointKind::Other => Pose::identity(),
         }
     }
-}
-
-fn link(read: &urdf_rs::Link, file: &str) -> Result<Link, RobotError> {
-    let inertial = &read.inertial;
-    let refuse = |found: String, wanted| RobotError::Number {
-        file: file.to_owned(),
-        element: format!("link \"{}\"", read.name),
-        found,
-        wanted,
-    };
-    let mass_kg = inertial.mass.value;
-    if !(mass_kg.is_finite() && mass_kg >= 0.0) {
-        return Err(refuse(format!("mass {mass_kg}"), "a mass of zero or more kg"));
-    }
-    let inertia = &inertial.inertia;
-    let (xy, xz, yz) = (inertia.ixy, inertia.ixz, inertia.iyz);
-    let written = Matrix3::new(inertia.ixx, xy, xz, xy, inertia.iyy, yz, xz, yz, inertia.izz);
-    if !written.iter().all(|n| n.is_finite()) {
-        return Err(refuse("an inertia that is not finite".to_owned(), "six finite numbers"));
-    }
-    let link_from_inertial = pose(&inertial.origin)
-        .ok_or_else(|| refuse("an inertial origin that is not finite".to_owned(), "finite xyz and rpy"))?;
-    let turn = link_from_inertial.rotation.to_rotation_matrix();
-    Ok(Link {
-        name: read.name.clone(),
-        mass_kg,
-        center_of_mass: link_from_inertial.translation.vector.into(),
-        inertia_kgm2: turn.matrix() * written * turn.matrix().transpose(),
-    })
-}
-
-fn joint(read: &urdf_rs::Joint, file: &str) -> Result<Joint, RobotError> {
-    let refuse = |found: String, wanted| RobotError::Number {
-        file: file.to_owned(),
-        element: format!("joint \"{}\"", read.name),
-        found,
-        wanted,
-    };
-    let kind = match read.joint_type {
-        urdf_rs::JointType::Fixed => JointKind::Fixed,
-        urdf_rs::JointType::Revolute => JointKind::Revolute,
-        urdf_rs::JointType::Continuous => JointKind::Continuous,
-        urdf_rs::JointType::Prismatic => JointKind::Prismatic,
-        _ => JointKind::Other,
-    };
-    let axis = Vector3::from(read.axis.xyz.0);
-    let axis =
-        Unit::try_new(axis, 1e-9).filter(|unit| unit.iter().all(|n| n.is_finite())).ok_or_else(|| {
-            refuse(format!("axis {:?}", read.axis.xyz.0), "three finite numbers that are not all zero")
-        })?;
-    let limit = &read.limit;
-    let limited = matches!(kind, JointKind::Revolute | JointKind::Prismatic);
-    // A NaN has no order and is refused.
-    let ordered = limit.lower.partial_cmp(&limit.upper).is_some_and(std::cmp::Ordering::is_le);
-    if limited && !ordered {
-        return Err(refuse(format!("limits {} to {}", limit.lower, limit.upper), "lower at most upper"));
-    }
-    Ok(Joint {
-        name: read.name.clone(),
-        kind,
-        parent: read.parent.link.clone(),
-        child: read.child.link.clone(),
-        parent_from_child: pose(&read.origin)
-            .ok_or_else(|| refuse("an origin that is not finite".to_owned(), "finite xyz and rpy"))?,
-        axis,
-        limits: limited.then_some(JointLimits {
-            low: limit.lower,
-            high: limit.upper,
-            effort: limit.effort,
-            speed: limit.velocity,
-        }),
-    })
-}
-
-fn pose(read: &urdf_rs::Pose) -> Option<Pose> {
-    let ([x, y, z], [roll, pitch, yaw]) = (read.xyz.0, read.rpy.0);
-    let finite = [x, y, z, roll, pitch, yaw].iter().all(|n| n.is_finite());
-    let turn = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-    finite.then(|| Pose::from_parts(Translation3::new(x, y, z), turn))
-}
-
-/// The root, if the joints hang every link below it exactly once.
-fn root_of_tree(links: &[Link], joints: &[Joint], file: &str) -> Result<String, RobotError> {
-    let no_tree = |found: String| RobotError::NoTree { file: file.to_owned(), found };
-    let twice = |element: String| RobotError::Twice { file: file.to_owned(), element };
-    let mut joint_above: BTreeMap<&str, Option<&Joint>> = BTreeMap::new();
-    for link in links {
-        if joint_above.insert(&link.name, None).is_some() {
-            return Err(twice(format!("link \"{}\"", link.name)));
-        }
-    }
-    let mut joint_names: BTreeMap<&str, ()> = BTreeMap::new();
-    for joint in joints {
-        if joint_names.insert(&joint.name, ()).is_some() {
-            return Err(twice(format!("joint \"{}\"", joint.name)));
-        }
-        let unknown = |link: &str| RobotError::UnknownLink {
-            file: file.to_owned(),
-            joint: joint.name.clone(),
-            link: link.to_owned(),
-        };
-        if !joint_above.contains_key(joint.parent.as_str()) {
-            return Err(unknown(&joint.parent));
-        }
-        let above = joint_above.get_mut(joint.child.as_str()).ok_or_else(|| unknown(&joint.child))?;
-        if let Some(other) = above.replace(joint) {
-            let found =
-                format!("link \"{}\" hangs on joints \"{}\" and \"{}\"", joint.child, other.name, joint.name);
-            return Err(no_tree(found));
-        }
-    }
-    let roots: Vec<&str> =
-        joint_above.iter().filter(|(_, above)| above.is_none()).map(|(name, _)| *name).collect();
-    let [root] = roots.as_slice() else {
-        return Err(no_tree(format!("{} links hang on no joint ({})", roots.len(), roots.join(", "))));
-    };
-    // With one parent each and one root, a link that does not reach the root hangs in a ring.
-    for link in links {
-        let mut at = link.name.as_str();
-        for _ in 0..links.len() {
-            match joint_above.get(at).copied().flatten() {
-                Some(joint) => at = &joint.parent,
-                None => break,
-            }
-        }
-        if at != *root {
-            return Err(no_tree(format!("link \"{}\" hangs in a ring of joints", link.name)));
-        }
-    }
-    Ok((*root).to_owned())
 }

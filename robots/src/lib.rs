@@ -9,7 +9,7 @@ pub mod go1;
 mod lump;
 mod setting;
 
-pub use description::{Joint, JointKind, JointLimits, Link, Robot, RobotError};
+pub use description::{Form, Joint, JointKind, JointLimits, Link, Robot, RobotError, SensorFrame, Shape};
 pub use follow::{Follower, FollowerSettings, Progress, Route};
 pub use gait::strides;
 pub use gait::{

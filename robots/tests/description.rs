@@ -1,6 +1,6 @@
 //! URDF files read and refused.
 
-use arborloop_robots::{JointKind, Robot, RobotError, go1};
+use arborloop_robots::{JointKind, Robot, go1};
 use std::path::PathBuf;
 
 #[test]
@@ -59,44 +59,85 @@ fn a_real_quadrupeds_urdf_is_read_without_its_meshes() {
     assert!((10.0..15.0).contains(&robot.mass_kg()), "{} kg", robot.mass_kg());
 }
 
+const ORIGIN_OF_NAN: &str =
+    r#"<joint name="j" type="fixed"><origin xyz="nan 0 0"/><parent link="a"/><child link="b"/></joint>"#;
+const NO_AXIS: &str = r#"<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 0"/>
+    <limit lower="0" upper="1" effort="1" velocity="1"/></joint>"#;
+
+fn fixed(name: &str, parent: &str, child: &str) -> String {
+    format!(r#"<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>"#)
+}
+
+fn weighing(mass: &str) -> String {
+    format!(
+        r#"<link name="a"><inertial><mass value="{mass}"/><inertia ixx="1" iyy="1" izz="1"/></inertial></link>"#
+    )
+}
+
 #[test]
-fn texts_that_are_no_robot_are_refused_with_their_file() {
-    let link = r#"<link name="a"/>"#;
-    let joint = |name: &str, parent: &str, child: &str| {
-        format!(
-            r#"<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>"#
-        )
-    };
-    let robot = |inside: &str| format!(r#"<robot name="r">{inside}</robot>"#);
-    let heavy = r#"<link name="a"><inertial><mass value="-1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>"#;
-    let nan =
-        r#"<joint name="j" type="fixed"><origin xyz="nan 0 0"/><parent link="a"/><child link="b"/></joint>"#;
-    let b = r#"<link name="b"/>"#;
-    let texts = [
-        String::new(),
-        "not xml".to_owned(),
-        r#"<robot name="r"><link name="a">"#.to_owned(),
-        "<robot/>".to_owned(),
-        robot(""),
-        robot("<link/>"),
-        robot(&format!("{link}{link}")),
-        robot(&format!("{link}{b}")),
-        robot(&format!("{link}{}", joint("j", "a", "b"))),
-        robot(&format!("{link}{b}{}{}", joint("j", "a", "b"), joint("j", "a", "b"))),
-        robot(&format!("{link}{b}{}{}", joint("j", "a", "b"), joint("k", "a", "b"))),
-        robot(&format!(r#"{link}{b}<link name="c"/>{}{}"#, joint("j", "b", "c"), joint("k", "c", "b"))),
-        robot(heavy),
-        robot(&format!("{link}{b}{nan}")),
-        robot(&format!(
-            r#"{link}{b}<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 0"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>"#
-        )),
-    ];
-    for text in texts {
-        let refused = Robot::from_urdf(&text, "broken.urdf").map(|robot| robot.tree());
-        let message = refused.expect_err(&text).to_string();
-        assert!(message.starts_with("broken.urdf: ") && message.contains("wanted"), "{message}");
+fn texts_that_are_no_robot_are_refused_with_their_file_line_and_element() {
+    let two = r#"<link name="a"/><link name="b"/>"#;
+    let three = format!(r#"{two}<link name="c"/>"#);
+    let kind = |kind: &str| fixed("j", "a", "b").replace("fixed", kind);
+    for (inside, says) in [
+        ("<link/>".to_owned(), "link: found no name"),
+        (r#"<link name="a"/><link name="a"/>"#.to_owned(), "link \"a\": found a second link"),
+        (two.to_owned(), "2 links that hang on no joint (a, b)"),
+        (fixed("j", "a", "b"), "the parent \"a\", which is no link"),
+        (format!("{two}{}{}", fixed("j", "a", "b"), fixed("j", "a", "b")), "a second joint of this name"),
+        (
+            format!("{two}{}{}", fixed("j", "a", "b"), fixed("k", "a", "b")),
+            "which hangs on joint \"j\" already",
+        ),
+        (format!("{three}{}{}", fixed("j", "b", "c"), fixed("k", "c", "b")), "a ring of joints above it"),
+        (format!("{two}{}{}", fixed("j", "a", "b"), fixed("k", "b", "a")), "every link on a joint"),
+        (weighing("-1"), "link \"a\": found a mass of -1 kg"),
+        (weighing("NaN"), "link \"a\": found value=\"NaN\"; wanted a finite number"),
+        (weighing("1e999"), "value=\"1e999\""),
+        (weighing("${m}"), "mass: found value=\"${m}\"; wanted a URDF without xacro"),
+        (r#"<xacro:macro name="x"/>"#.to_owned(), "wanted a URDF without xacro"),
+        (format!("{two}{ORIGIN_OF_NAN}"), "xyz=\"nan 0 0\"; wanted 3 finite numbers"),
+        (format!("{two}{NO_AXIS}"), "joint \"j\": found an axis of no length"),
+        (format!("{two}{}", kind("ball")), "type \"ball\"; wanted one of fixed, revolute"),
+        (format!("{two}{}", kind("revolute")), "joint \"j\": found no <limit>"),
+        (
+            r#"<link name="a"><collision><geometry><box size="1 -1 1"/></geometry></collision></link>"#
+                .to_owned(),
+            "size of -1",
+        ),
+        (
+            r#"<link name="a"><visual><geometry><donut/></geometry></visual></link>"#.to_owned(),
+            "found <donut>",
+        ),
+        (r#"<link name="a"><inertial><mass value="1"/></inertial></link>"#.to_owned(), "without <inertia>"),
+    ] {
+        // The element stands on the third line or below.
+        let text = format!("<robot name=\"r\">\n\n{inside}</robot>");
+        let message = Robot::from_urdf(&text, "broken.urdf").unwrap_err().to_string();
+        assert!(message.starts_with("broken.urdf:") && message.contains(says), "{message}\nwanted: {says}");
+        let line: u32 = message.split(':').nth(1).unwrap().parse().unwrap();
+        assert!(line >= 3 || message.contains("ring") || message.contains("every link"), "{message}");
     }
-    let ring =
-        robot(&format!(r#"{link}{b}<link name="c"/>{}{}"#, joint("j", "b", "c"), joint("k", "c", "b")));
-    assert!(matches!(Robot::from_urdf(&ring, "r.urdf"), Err(RobotError::NoTree { .. })));
+    for text in
+        ["", "not xml", r#"<robot name="r"><link name="a">"#, "<robot/>", r#"<robot name="r"/>"#, "<sdf/>"]
+    {
+        let message = Robot::from_urdf(text, "broken.urdf").unwrap_err().to_string();
+        assert!(message.starts_with("broken.urdf:1: ") && message.contains("wanted"), "{text}: {message}");
+    }
+}
+
+#[test]
+fn what_moves_without_mass_and_inertias_of_no_body_are_told_and_drawn_all_the_same() {
+    let text = r#"<robot name="r"><link name="a"/>
+        <link name="b"/>
+        <link name="c"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="9"/></inertial></link>
+        <joint name="j" type="continuous"><parent link="a"/><child link="b"/></joint>
+        <joint name="k" type="continuous"><parent link="a"/><child link="c"/></joint></robot>"#;
+    let robot = Robot::from_urdf(text, "light.urdf").unwrap();
+    let [inertia, weightless] = robot.warnings.as_slice() else { panic!("{:?}", robot.warnings) };
+    assert!(inertia.contains("line 3: link \"c\"") && inertia.contains("no body has"), "{inertia}");
+    assert!(
+        weightless.contains("line 4: joint \"j\"") && weightless.contains("weighs nothing"),
+        "{weightless}"
+    );
 }
