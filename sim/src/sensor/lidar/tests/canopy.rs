@@ -2,7 +2,7 @@
 
 use super::super::*;
 use super::scene::*;
-use arborloop_base::{Class, Seed};
+use arborloop_base::{Class, Return, Seed};
 use arborloop_worlds::{Haze, Leaf, LeafAngle, Outline, Prototype};
 use nalgebra::{Point3, Vector3};
 use std::f64::consts::TAU;
@@ -281,5 +281,55 @@ fn every_ray_of_a_footprint_finds_its_own_way_through_haze() {
             (through - wanted).abs() < 4.0 * variance.sqrt(),
             "{sub_rays} rays: {through}, wanted {wanted}"
         );
+    }
+}
+
+#[test]
+fn leaf_area_of_one_round_crown_is_recovered_from_beams_with_chords_of_every_length() {
+    let (center, half) = (Point3::new(4.0, 0.3, HEIGHT_M), Vector3::new(1.2, 1.0, 0.9));
+    // Where a beam from the lidar enters and leaves the ellipsoid, meters along it.
+    let chord = |one: &Return| {
+        let (up, flat) = one.elevation_rad.sin_cos();
+        let (sin, cos) = one.azimuth_rad.sin_cos();
+        let along = Vector3::new(flat * cos, flat * sin, up).component_div(&half);
+        let from = (Point3::new(0.0, 0.0, HEIGHT_M) - center).component_div(&half);
+        let (a, b, c) = (along.norm_squared(), along.dot(&from), from.norm_squared() - 1.0);
+        let root = (b * b - a * c).max(0.0).sqrt();
+        ((-b + root) / a > 0.0 && root > 0.0).then(|| ((-b - root) / a, (-b + root) / a))
+    };
+    for (number, angle) in [LeafAngle::Spherical, LeafAngle::Erectophile].into_iter().enumerate() {
+        let crown = Haze {
+            outline: Outline::Ellipsoid,
+            center,
+            half_size: half,
+            leaf_area_per_m: 1.1,
+            leaf_angle: angle,
+        };
+        let optics = turbid(vec![crown]);
+        let mut lidar = keen(1, EchoChoice::Strongest, 20 + number as u64);
+        let (mut depths, mut through, mut outside) = (Vec::new(), 0.0, 0);
+        for turn in 1..=2 {
+            let end = Time::SIMULATION_START + lidar.period() * turn;
+            let (sweep, labels) = lidar.sweep(end, Surroundings { motion: &standing(), optics: &optics });
+            for (one, label) in sweep.returns.iter().zip(&labels) {
+                let leafy = label.class == Class::Leaf;
+                match chord(one) {
+                    Some((enters_m, leaves_m)) => {
+                        depths.push((angle.projection(one.elevation_rad.sin()), leaves_m - enters_m));
+                        through += f64::from(u8::from(!leafy));
+                        // A bearing is said to 0.01 degree and an offset laser stands a centimeter off the middle.
+                        let within = |range_m: f64| (enters_m - 0.05..leaves_m + 0.05).contains(&range_m);
+                        assert!(
+                            !leafy || leaves_m - enters_m < 0.3 || one.range_m.is_some_and(within),
+                            "{one:?}"
+                        );
+                    }
+                    None => outside += u32::from(leafy),
+                }
+            }
+        }
+        let (found, error) = leaf_area(&depths, through);
+        assert!((found - 1.1).abs() < 4.0 * error, "{angle:?}: {found} +- {error}");
+        assert!(error < 0.05 && outside < 10, "{error}, {outside} beams beside the crown met it");
     }
 }
