@@ -69,16 +69,24 @@ fn needed_by(package: &str) -> BTreeSet<String> {
 /// Every source file below a folder as path from the root (with `/`) and text, in order; unit tests in files of their
 /// own are left out.
 fn sources(folder: &str) -> Vec<(String, String)> {
+    let mut found = files(folder);
+    found.retain(|(name, _)| {
+        let below = &name[folder.len()..];
+        !below.contains("/tests/") && !below.ends_with("/tests.rs")
+    });
+    found
+}
+
+/// Every Rust file below a folder, tests included.
+fn files(folder: &str) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let mut folders = vec![root().join(folder)];
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).unwrap() {
             let path = entry.unwrap().path();
-            if path.is_dir() && path.file_name().unwrap() != "tests" {
+            if path.is_dir() {
                 folders.push(path);
-            } else if path.extension().is_some_and(|kind| kind == "rs")
-                && path.file_name().unwrap() != "tests.rs"
-            {
+            } else if path.extension().is_some_and(|kind| kind == "rs") {
                 let name = path.strip_prefix(root()).unwrap();
                 let parts: Vec<_> = name.iter().map(|part| part.to_string_lossy()).collect();
                 found.push((parts.join("/"), std::fs::read_to_string(&path).unwrap()));
@@ -175,4 +183,19 @@ fn the_map_of_the_code_names_every_member_and_every_rule_has_its_file() {
     for path in quoted.filter(looks_ours) {
         assert!(root().join(path).exists(), "ARCHITECTURE.md names {path}, which does not exist");
     }
+}
+
+#[test]
+fn every_test_that_the_page_of_laws_names_exists() {
+    let text = std::fs::read_to_string(root().join("docs/lidar-laws.md")).unwrap();
+    let folders = ["base/src", "sim/src", "sim/tests", "eval/src", "worlds/tests", "tests"];
+    let all: String = folders.iter().flat_map(|folder| files(folder)).map(|(_, text)| text).collect();
+    // Names of tests are sentences of at least five words.
+    let named = text.split('`').skip(1).step_by(2).filter(|name| name.matches('_').count() >= 4);
+    let mut found = 0;
+    for name in named.filter(|name| *name != "default_lidar_origin_to_beam_origin") {
+        assert!(all.contains(&format!("fn {name}()")), "docs/lidar-laws.md names {name}, which is no test");
+        found += 1;
+    }
+    assert!(found > 50, "{found}");
 }

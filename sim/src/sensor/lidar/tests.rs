@@ -5,6 +5,7 @@ mod echoes;
 mod extremes;
 mod faults;
 mod footprints;
+mod leaf_area;
 mod models;
 mod returns;
 mod scene;

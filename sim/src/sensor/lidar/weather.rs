@@ -1,9 +1,11 @@
 //! Rain, fog and dust: they take light from every beam, and throw some of it back.
 //!
 //! Extinction of fog and dust is Koschmieder's law at the 5 % contrast of the meteorological optical range: ln(20) /
-//! visibility. That of rain is ITU-R P.1814 (Carbonneau): 1.076 R^0.67 dB/km. Droplets and dust are larger than the light's
-//! wave, so that the visible figures hold near 905 nm. What comes back of the air within a pulse's length is a soft
-//! target whose brightness is pi x extinction / lidar ratio x length, with the exponential law of speckle.
+//! visibility. That of rain is Carbonneau's 1.076 R^0.67 dB/km, assumed: free-space optics quotes it from ITU-R P.1814 for
+//! France, and the original was not at hand. Droplets and dust are larger than the light's wave, so that the visible
+//! figures hold near 905 nm. What comes back of the air within a pulse's length is a soft target whose brightness is
+//! pi x extinction / lidar ratio x length, with the exponential law of speckle. Rain is a continuum here: single drops,
+//! of which a narrow beam holds few, are not drawn, and more beams return nearby than in real rain.
 
 use super::cast::Surface;
 use crate::optics::Hit;
@@ -27,11 +29,12 @@ pub struct WeatherSpec {
     pub dust_visibility_m: Option<f64>,
 }
 
-/// Extinction over backscatter of water droplets, sr (O'Connor et al. 2004).
+/// Extinction over backscatter of cloud droplets at 905 nm, 18.8 +- 0.8 sr (O'Connor et al. 2004); assumed for rain, whose
+/// drops their law leaves out.
 const WATER_RATIO_SR: f64 = 18.8;
 /// The same of soil dust, sr; assumed: the middle of the 40 to 60 sr that aerosol lidars find.
 const DUST_RATIO_SR: f64 = 50.0;
-/// Nothing comes back from nearer, meters: sender and receiver do not see the same air.
+/// Nothing comes back from nearer, meters: sender and receiver do not see the same air. Assumed.
 const OVERLAP_M: f64 = 0.3;
 
 impl WeatherSpec {
