@@ -24,13 +24,17 @@ fn standing_go1() -> Motion {
 }
 
 fn sweep_from(name: &str, sub_rays: u32, base_from_lidar: Pose) -> (Sweep, Vec<Label>) {
-    let spec = LidarSpec {
-        sub_rays,
+    sweep_with(name, base_from_lidar, |spec| spec.sub_rays = sub_rays)
+}
+
+fn sweep_with(name: &str, base_from_lidar: Pose, change: impl Fn(&mut LidarSpec)) -> (Sweep, Vec<Label>) {
+    let mut spec = LidarSpec {
         range_m_min: 0.0,
         range_noise_m: 0.0,
         dropout_ratio: 0.0,
         ..LidarSpec::of(LidarModel::embedded(name).unwrap())
     };
+    change(&mut spec);
     let mut lidar = Lidar::new(&spec, Span::from_millis(100), base_from_lidar, Seed(1).stream("lidar"));
     let end = Time::SIMULATION_START + Span::from_millis(200);
     let scene = optics(Vec::new(), Vec::new());
@@ -72,8 +76,9 @@ fn a_level_lidar_on_its_bracket_looks_over_the_robot_it_stands_on() {
 #[test]
 fn every_return_from_the_robot_lies_on_its_own_body_and_hides_the_ground() {
     let nod = |pitch_deg: f64| UnitQuaternion::from_euler_angles(0.1, f64::to_radians(pitch_deg), 0.3);
-    // Low, and nodding so far that trunk, hips and legs come into view.
+    // Low, under the belly, and nodding so far that trunk, hips and legs come into view.
     let mounts = [
+        Pose::translation(0.05, 0.0, -0.08),
         Pose::translation(0.0, 0.0, 0.08),
         Pose::from_parts(Vector3::new(0.05, 0.0, 0.16).into(), nod(25.0)),
         Pose::from_parts(Vector3::new(0.25, 0.2, 0.16).into(), nod(-55.0)),
@@ -101,27 +106,50 @@ fn every_return_from_the_robot_lies_on_its_own_body_and_hides_the_ground() {
 
 #[test]
 fn a_sweep_meets_the_body_as_a_search_without_short_cuts_does() {
-    // Every firing again, ray by ray, past the test that spares most beams the body.
+    // Every firing again, ray by ray, past the test that spares most beams the body; from above, and from under the belly.
+    let nodding = UnitQuaternion::from_euler_angles(0.0, 0.5, 0.0);
+    for mount in
+        [Pose::from_parts(Vector3::new(0.05, 0.0, 0.16).into(), nodding), Pose::translation(0.05, 0.0, -0.08)]
+    {
+        let (sweep, labels) = sweep_from("vlp16", 1, mount);
+        let angles: [f64; 12] = std::array::from_fn(|joint| go1::STANDING_RAD[joint % 3]);
+        let (body, stance) = (Body::go1(), Stance::of(&angles));
+        for (one, label) in sweep.returns.iter().zip(&labels) {
+            let laser = arborloop_base::vlp16::laser_of(one.ring);
+            let (up, flat) = arborloop_base::vlp16::ELEVATION_DEG[laser].to_radians().sin_cos();
+            let along = Vector3::new(flat * one.azimuth_rad.cos(), flat * one.azimuth_rad.sin(), up);
+            let from = Point3::new(0.0, 0.0, arborloop_base::vlp16::OFFSET_M[laser]);
+            // A bearing that the wire rounded may pass an edge that the beam met.
+            let agrees = |turn_rad: f64| {
+                let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn_rad) * along;
+                let hit = body.cast(&(mount * from), &(mount * turned), &stance);
+                hit.is_some() == (label.class == Class::Robot)
+            };
+            assert!([0.0, 3e-4, -3e-4].into_iter().any(agrees), "{one:?} {label:?}");
+        }
+        assert!(labels.iter().filter(|label| label.class == Class::Robot).count() > 300);
+    }
+}
+
+#[test]
+fn what_of_a_wide_beam_passes_the_bodys_edge_goes_on_to_the_ground() {
     let mount = Pose::from_parts(
         Vector3::new(0.05, 0.0, 0.16).into(),
-        UnitQuaternion::from_euler_angles(0.0, 0.5, 0.0),
+        UnitQuaternion::from_euler_angles(0.0, 0.45, 0.0),
     );
-    let (sweep, labels) = sweep_from("vlp16", 1, mount);
-    let angles: [f64; 12] = std::array::from_fn(|joint| go1::STANDING_RAD[joint % 3]);
-    let (body, stance) = (Body::go1(), Stance::of(&angles));
-    for (one, label) in sweep.returns.iter().zip(&labels) {
-        let laser = arborloop_base::vlp16::laser_of(one.ring);
-        let (up, flat) = arborloop_base::vlp16::ELEVATION_DEG[laser].to_radians().sin_cos();
-        let along = Vector3::new(flat * one.azimuth_rad.cos(), flat * one.azimuth_rad.sin(), up);
-        let from = Point3::new(0.0, 0.0, arborloop_base::vlp16::OFFSET_M[laser]);
-        let hit = body.cast(&(mount * from), &(mount * along), &stance);
-        // A bearing that the wire rounded may pass an edge that the beam met.
-        let same = hit.is_some() == (label.class == Class::Robot);
-        let near = |turn_rad: f64| {
-            let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn_rad) * along;
-            body.cast(&(mount * from), &(mount * turned), &stance).is_some() == (label.class == Class::Robot)
-        };
-        assert!(same || near(3e-4) || near(-3e-4), "{one:?} {label:?}");
+    let (_, middle) = sweep_from("vlp16", 1, mount);
+    let (_, last) = sweep_with("vlp16", mount, |spec| {
+        (spec.sub_rays, spec.returns, spec.reach_m) = (19, EchoChoice::Last, 1e6);
+        // Short enough to tell the ground from the body a hand above it.
+        spec.model.pulse.length_m = 0.1;
+    });
+    let met = middle.iter().zip(&last).filter(|(middle, _)| middle.class == Class::Robot);
+    let (mut past, mut all) = (0, 0);
+    for (_, last) in met {
+        assert!(matches!(last.class, Class::Robot | Class::Ground), "{last:?}");
+        past += u32::from(last.class == Class::Ground);
+        all += 1;
     }
-    assert!(labels.iter().filter(|label| label.class == Class::Robot).count() > 300);
+    // Along the outline alone: more than a few, and far from all.
+    assert!(past > 5 && 5 * past < all, "{past} of {all}");
 }
