@@ -33,6 +33,7 @@ mod page;
 mod progress;
 mod render;
 mod session;
+mod stress;
 mod suite;
 mod systems;
 mod table;
@@ -46,7 +47,7 @@ pub use arborloop_sim as sim;
 pub use expect::{Expect, Finding};
 pub use experiment::{Experiment, Summary, scenario};
 pub use failure::Failure;
-pub use suite::{Suite, SuiteCase};
+pub use suite::{Suite, SuiteCase, Vary};
 pub use systems::{Builder, Catalog, SystemSpec};
 
 use clap::Parser;

@@ -14,6 +14,7 @@ pub(crate) const EMBEDDED: &[(&str, &str)] = &[
     ("smoke", include_str!("../suites/smoke.toml")),
     ("cone-field", include_str!("../suites/cone-field.toml")),
     ("paper", include_str!("../suites/paper.toml")),
+    ("stress", include_str!("../suites/stress.toml")),
 ];
 
 /// A suite as written.
@@ -41,6 +42,9 @@ pub struct SuiteCase {
     /// Assignments put over the scenario, as `--set` takes them.
     #[serde(default)]
     pub set: Vec<String>,
+    /// A dial that is turned: one group of runs for each of its values.
+    #[serde(default)]
+    pub vary: Option<Vary>,
     /// One run each.
     pub seeds: Vec<u64>,
     /// `truth` or one of `systems`.
@@ -52,6 +56,40 @@ pub struct SuiteCase {
     pub expect: Vec<Expect>,
 }
 
+/// A value of the scenario that takes several values, one after the other.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Vary {
+    /// Which, as `--set` names it.
+    pub key: String,
+    /// From harmless to hard.
+    pub values: Vec<toml::Value>,
+    /// What the table calls the values; the values themselves when absent.
+    #[serde(default)]
+    pub labels: Vec<String>,
+}
+
+impl Vary {
+    /// What the table calls a value.
+    pub(crate) fn label(&self, index: usize) -> String {
+        self.labels.get(index).cloned().unwrap_or_else(|| self.values[index].to_string())
+    }
+
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        if self.values.is_empty() {
+            return Err(("values", "found no value, wanted at least one".into()));
+        }
+        if !self.labels.is_empty() && self.labels.len() != self.values.len() {
+            let (labels, values) = (self.labels.len(), self.values.len());
+            return Err((
+                "labels",
+                format!("found {labels} labels of {values} values, wanted one each or none"),
+            ));
+        }
+        Ok(())
+    }
+}
+
 /// One run of a suite, ready.
 #[derive(Debug, Clone)]
 pub(crate) struct Job {
@@ -59,6 +97,8 @@ pub(crate) struct Job {
     pub(crate) scenario: Scenario,
     pub(crate) seed: u64,
     pub(crate) case: SuiteCase,
+    /// Which case of the suite, and which value of its dial.
+    pub(crate) place: (usize, Option<usize>),
 }
 
 /// Reads a suite by the name of an embedded one or by its path.
@@ -96,13 +136,30 @@ pub(crate) fn read(name: &str) -> Result<(Suite, Vec<Job>), Failure> {
                 format!("found `{}`, which is not among the systems {:?}", expect.system, case.systems);
             return Err(at("expect", message).into());
         }
-        let scenario = crate::load::checked(&case.scenario, &beside, &case.set)?;
-        jobs.extend(case.seeds.iter().map(|&seed| Job {
-            name: format!("{}/{index}-{}-{}", suite.name, scenario.name, case.driver),
-            scenario: scenario.clone(),
-            seed,
-            case: case.clone(),
-        }));
+        if let Some(Err((key, message))) = case.vary.as_ref().map(Vary::check) {
+            return Err(at(&format!("vary.{key}"), message).into());
+        }
+        let turns: Vec<Option<usize>> = match &case.vary {
+            Some(vary) => (0..vary.values.len()).map(Some).collect(),
+            None => vec![None],
+        };
+        for turn in turns {
+            let (mut set, mut suffix) = (case.set.clone(), String::new());
+            if let (Some(vary), Some(turn)) = (&case.vary, turn) {
+                set.push(format!("{}={}", vary.key, vary.values[turn]));
+                suffix = format!("-{}-{}", vary.key, turn + 1);
+            }
+            let scenario = crate::load::checked(&case.scenario, &beside, &set)?;
+            let name = format!("{}/{index}-{}-{}{suffix}", suite.name, scenario.name, case.driver);
+            let case = SuiteCase { set, ..case.clone() };
+            jobs.extend(case.seeds.iter().map(|&seed| Job {
+                name: name.clone(),
+                scenario: scenario.clone(),
+                seed,
+                case: case.clone(),
+                place: (index, turn),
+            }));
+        }
     }
     Ok((suite, jobs))
 }

@@ -255,6 +255,49 @@ expect = [{ system = "still", metric = "position_max_m", max = 0.1 }]
 }
 
 #[test]
+fn a_suite_that_turns_a_dial_says_at_which_value_a_system_breaks() {
+    let folder = tempfile::tempdir().unwrap();
+    let suite = r#"
+schema = 1
+name = "dial"
+[[case]]
+scenario = "cone-field-go1-short"
+set = ["route.closed=false", "world.planting={kind='none'}", "gait.mode='smooth'"]
+seeds = [1, 2]
+driver = "truth"
+systems = ["still"]
+expect = [{ system = "still", metric = "position_mean_m", max = 0.2 }]
+[case.vary]
+key = "route.waypoints_m"
+values = [[[0.0, 0.0], [0.1, 0.0]], [[0.0, 0.0], [0.8, 0.0]]]
+labels = ["a step", "a walk"]
+"#;
+    let file = folder.path().join("dial.toml");
+    std::fs::write(&file, suite).unwrap();
+    let (out, _) = with_code(folder.path(), &["test", "dial.toml", "-q"], 100);
+    assert!(out.contains("route.waypoints_m in cone-field-go1-short, driven by truth, 2 seeds"), "{out}");
+    let row =
+        |label: &str| out.lines().find(|line| line.starts_with(&format!("| {label}"))).unwrap().to_owned();
+    assert!(!row("a step").contains("**") && row("a walk").contains("**"), "{out}");
+    assert!(out.contains("`still` breaks at a walk: seed 1: still position_mean_m: found 0."), "{out}");
+    assert!(
+        folder
+            .path()
+            .join("runs/dial/0-cone-field-go1-short-truth-route.waypoints_m-2/2/report.html")
+            .is_file()
+    );
+
+    std::fs::write(&file, suite.replace(r#"labels = ["a step", "a walk"]"#, r#"labels = ["a step"]"#))
+        .unwrap();
+    let (_, err) = with_code(folder.path(), &["test", "dial.toml", "-q"], 3);
+    assert!(flat(&err).contains("found 1 labels of 2 values") && err.contains("dial.toml"), "{err}");
+    std::fs::write(&file, suite.replace(r#"key = "route.waypoints_m""#, r#"key = "route.waypoint_m""#))
+        .unwrap();
+    let (_, err) = with_code(folder.path(), &["test", "dial.toml", "-q"], 3);
+    assert!(flat(&err).contains("waypoints_m"), "{err}");
+}
+
+#[test]
 fn a_data_set_is_made_once_and_never_over_another() {
     let folder = tempfile::tempdir().unwrap();
     let mut arguments = vec!["gen", "cone-field-go1-short", "-q", "-o", "set"];

@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::progress::{self, Progress};
 use crate::session::{Case, Session, simulate};
+use crate::stress;
 use crate::suite::{self, Job};
 use crate::systems::Catalog;
 use crate::table::plain_table;
@@ -61,7 +62,8 @@ pub(crate) fn test(catalog: &Catalog, arguments: &Arguments, verb: &Test) -> Res
         .to_string()
         .map_err(|error| Failure::Internal(format!("JUnit XML: {error}")))?;
     std::fs::write(&junit, xml).map_err(Failure::file(&junit, "write"))?;
-    let tables = twins::tables(&jobs, &ended);
+    let tables = [stress::tables(&jobs, &ended), twins::tables(&jobs, &ended)].into_iter().flatten();
+    let tables = tables.reduce(|above, below| format!("{above}\n{below}"));
     let page = folder.join("tables.md");
     if let Some(tables) = &tables {
         std::fs::write(&page, tables).map_err(Failure::file(&page, "write"))?;
