@@ -18,7 +18,14 @@ const IMPORTS: &[(&str, &[&str])] = &[
 const DOORS: &[(&str, &[&str])] = &[
     (
         "rapier3d_f64",
-        &["sim/src/axes.rs", "sim/src/physics.rs", "sim/src/physics/plant.rs", "sim/src/physics/soil.rs"],
+        &[
+            "sim/src/axes.rs",
+            "sim/src/physics.rs",
+            "sim/src/physics/cart.rs",
+            "sim/src/physics/engine.rs",
+            "sim/src/physics/plant.rs",
+            "sim/src/physics/soil.rs",
+        ],
     ),
     ("roxmltree", &["robots/src/description/urdf.rs"]),
     ("cdr_encoding", &["eval/src/dataset/cdr.rs"]),

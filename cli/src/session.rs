@@ -12,6 +12,7 @@ use arborloop_eval::report::HealthCounts;
 use arborloop_eval::{
     Alignment, MapScore, MapScoreSettings, PoseTime, Score, ScoreSettings, Stats, resample, score, score_map,
 };
+use arborloop_robots::SensorFrame;
 use arborloop_sim::{Driver, End, Outcome, Scenario, Simulator, System, run};
 use arborloop_worlds::footprint::{HeightSlice, footprint};
 use arborloop_worlds::{TrunkTruth, trunk_map};
@@ -88,7 +89,7 @@ impl Session {
 
 /// Recorder settings for a simulator's robot.
 pub(crate) fn recorder_settings(sim: &Simulator, clouds: bool) -> RecorderSettings {
-    let mount = |link: &str| sim.robot().frame(link).unwrap_or_else(Pose::identity);
+    let mount = |sensor| sim.robot().mount(sensor).unwrap_or_else(Pose::identity);
     let wire = sim.scenario().wire();
     let datum = sim.scenario().gnss.clone().unwrap_or_default().datum;
     RecorderSettings {
@@ -97,9 +98,9 @@ pub(crate) fn recorder_settings(sim: &Simulator, clouds: bool) -> RecorderSettin
         packets: true,
         lidar_frame: lidar_frame(&wire).to_owned(),
         wire,
-        base_from_lidar: mount("velodyne"),
-        base_from_imu: mount("imu_link"),
-        base_from_antenna: mount("gps_link"),
+        base_from_lidar: sim.base_from_lidar(),
+        base_from_imu: mount(SensorFrame::Imu),
+        base_from_antenna: mount(SensorFrame::Antenna),
         datum: arborloop_eval::dataset::Datum {
             latitude_deg: datum.latitude_deg,
             longitude_deg: datum.longitude_deg,
@@ -132,7 +133,7 @@ pub(crate) fn simulate(
 ) -> Result<Session, Failure> {
     let begin = wall_clock();
     let mut sim = Simulator::new(case.scenario, Seed(case.seed));
-    let mount = sim.robot().frame("velodyne").unwrap_or_else(Pose::identity);
+    let mount = sim.base_from_lidar();
     let (mut systems, stopwatches) = build(catalog, case.systems, case.specs, &mount)?;
     let driver = match case.driver {
         "truth" => Driver::Truth,

@@ -16,7 +16,7 @@ pub use settings::{GaitMode, TrotSettings};
 pub use trot::KinematicTrot;
 pub use walk::{Body, BodyError, Motor, Sensed, WalkSettings, Walker};
 
-use arborloop_base::{Pose, Span};
+use arborloop_base::{Pose, Span, Twist};
 use nalgebra::{Point3, Vector3};
 
 /// The ground under a robot, world frame.
@@ -34,25 +34,29 @@ pub struct Command {
     pub turn_radps: f64,
 }
 
-/// A walking robot at one instant. Legs are ordered FR, FL, RR, RL.
+/// A moving robot at one instant. Legs, and wheels, are ordered FR, FL, RR, RL.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrunkState {
-    /// The base (trunk origin: the middle between the four hips) in the world.
+    /// The base in the world; of a Go1 the trunk's origin, the middle between the four hips.
     pub world_from_base: Pose,
     /// Velocity of the base's origin, world frame, m/s.
     pub linear_mps: Vector3<f64>,
     /// Turn rate, base frame, rad/s.
     pub angular_radps: Vector3<f64>,
-    /// Stride phase in [0, 1).
+    /// Stride phase in [0, 1); 0 on wheels.
     pub phase: f64,
-    /// Which feet carry weight.
+    /// Which feet, or wheels, carry weight.
     pub stance: [bool; 4],
-    /// Centers of the feet, world frame; a foot that stands has its center one foot radius above the ground.
+    /// Centers of the feet, world frame; a foot that stands has its center one foot radius above the ground. On wheels the
+    /// wheels' middles.
     pub feet_world: [Point3<f64>; 4],
-    /// Hip, thigh and calf angle of each leg in turn, in the order of [`crate::go1::JOINT_NAMES`], radians.
+    /// Hip, thigh and calf angle of each leg in turn, in the order of [`crate::go1::JOINT_NAMES`], radians. On wheels
+    /// the angles in the order of [`crate::Wheeled::joint_names`], then zeros.
     pub joint_angles_rad: [f64; 12],
     /// Forces and rates, from gaits that know them: physics does, kinematics does not.
     pub loads: Option<Loads>,
+    /// What the wheels tell of the motion, base axes; `None` on legs.
+    pub rolled: Option<Twist>,
 }
 
 /// What a body's joints and feet bear at one instant.

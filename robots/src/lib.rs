@@ -8,6 +8,7 @@ pub mod gait;
 pub mod go1;
 mod lump;
 mod setting;
+pub mod wheels;
 
 pub use description::{Form, Joint, JointKind, JointLimits, Link, Robot, RobotError, SensorFrame, Shape};
 pub use follow::{Follower, FollowerSettings, Progress, Route};
@@ -19,3 +20,4 @@ pub use gait::{
 pub use go1::{BodyShape, go1};
 pub use lump::Lump;
 pub use setting::SettingError;
+pub use wheels::{Wheel, WheelSettings, Wheeled, WheelsError};

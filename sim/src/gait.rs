@@ -1,9 +1,10 @@
 //! What moves the robot in a run, and what it touches on the way: kinematics beside a contact finder, or physics.
 
-use crate::physics::{PhysicsGait, Touch};
+use crate::physics::{PhysicsGait, Touch, WheeledGait};
+use crate::scenario::{RobotModel, Scenario};
 use arborloop_base::{Contact, Pose2, Seed, Span};
 use arborloop_robots::{
-    Command, Fall, GaitMode, Ground, KinematicTrot, TrotSettings, TrunkMotion, TrunkState,
+    Command, Fall, GaitMode, Ground, KinematicTrot, TrotSettings, TrunkMotion, TrunkState, Wheeled, wheels,
 };
 use arborloop_worlds::{Terrain, World};
 
@@ -11,8 +12,10 @@ use arborloop_worlds::{Terrain, World};
 pub(crate) enum Gait {
     /// A motion without forces, and an engine that finds what the body touches.
     Kinematic { motion: Box<dyn TrunkMotion>, touch: Box<Touch> },
-    /// A body in the engine.
+    /// A body with legs in the engine.
     Physics(Box<PhysicsGait>),
+    /// A body on wheels in the engine.
+    Wheels(Box<WheeledGait>),
 }
 
 /// The terrain as the robot's feet know it.
@@ -25,7 +28,18 @@ impl Ground for Soil<'_> {
 }
 
 impl Gait {
-    pub(crate) fn new(world: &World, settings: &TrotSettings, start: Pose2, tick: Span, seed: Seed) -> Self {
+    pub(crate) fn new(world: &World, scenario: &Scenario, seed: Seed) -> Self {
+        let (start, tick) = (scenario.start.pose(), scenario.tick());
+        match wheeled(scenario.robot.model) {
+            Some(robot) => {
+                let gait = WheeledGait::new(world, robot, &scenario.wheels, start, tick, seed);
+                Gait::Wheels(Box::new(gait))
+            }
+            None => Gait::on_legs(world, &scenario.gait, start, tick, seed),
+        }
+    }
+
+    fn on_legs(world: &World, settings: &TrotSettings, start: Pose2, tick: Span, seed: Seed) -> Self {
         match settings.mode {
             GaitMode::Kinematic | GaitMode::Strides | GaitMode::Smooth => {
                 let trot = KinematicTrot::new(settings.clone(), start, tick, &Soil(&world.terrain), seed);
@@ -46,6 +60,10 @@ impl Gait {
                 gait.advance(command, &Soil(terrain));
                 gait.touching()
             }
+            Gait::Wheels(gait) => {
+                gait.advance(command, &Soil(terrain));
+                gait.touching()
+            }
         }
     }
 
@@ -53,6 +71,7 @@ impl Gait {
         match self {
             Gait::Kinematic { motion, .. } => motion.state(),
             Gait::Physics(gait) => gait.state(),
+            Gait::Wheels(gait) => gait.state(),
         }
     }
 
@@ -60,6 +79,16 @@ impl Gait {
         match self {
             Gait::Kinematic { motion, .. } => motion.fall(),
             Gait::Physics(gait) => gait.fall(),
+            Gait::Wheels(gait) => gait.fall(),
         }
+    }
+}
+
+/// The robots on wheels; `None` for those on legs.
+pub(crate) fn wheeled(model: RobotModel) -> Option<Wheeled> {
+    match model {
+        RobotModel::Go1 => None,
+        RobotModel::Jackal => Some(wheels::jackal()),
+        RobotModel::Thorvald => Some(wheels::thorvald()),
     }
 }

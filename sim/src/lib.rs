@@ -15,7 +15,7 @@ pub mod sensor;
 mod simulator;
 
 pub use document::{Document, Refusal};
-pub use physics::PhysicsGait;
+pub use physics::{PhysicsGait, WheeledGait};
 pub use run::{ContactEvent, Driver, End, Outcome, System, run};
 pub use scenario::Scenario;
 pub use simulator::Simulator;

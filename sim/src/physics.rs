@@ -1,13 +1,19 @@
 //! What a body touches: the robot's parts against cones and trunks, in rapier. Leaves and grass stop no robot.
 //!
 //! A kinematic gait moves the body, so rapier only finds contacts here, once a tick. Where physics moves the body,
-//! [`PhysicsGait`] has an engine of its own, and what is touched pushes back.
+//! [`PhysicsGait`] or [`WheeledGait`] has an engine of its own, and what is touched pushes back.
 
+mod cart;
+mod engine;
 mod legged;
 mod plant;
 mod soil;
+mod tire;
+mod tread;
+mod wheeled;
 
 pub use legged::PhysicsGait;
+pub use wheeled::WheeledGait;
 
 use crate::axes::{point_to_engine, to_engine};
 use arborloop_base::{Class, Contact, Pose};

@@ -5,7 +5,7 @@ use arborloop_base::{
     Contact, Estimate, Health, Observation, ObservationKind, Record, Sink, SinkError, Slam, Span, Time,
     planar,
 };
-use arborloop_robots::{Command, FallCause, Follower, Progress, go1};
+use arborloop_robots::{Command, FallCause, Follower, Progress};
 
 /// A system under test with the name that records and reports use.
 pub struct System {
@@ -84,7 +84,7 @@ pub fn run(
     go_on: &mut dyn FnMut(&Simulator, &Progress) -> bool,
 ) -> Result<Outcome, SinkError> {
     let mut follower = sim.follower();
-    let joints: Vec<String> = go1::JOINT_NAMES.iter().map(|name| (*name).to_owned()).collect();
+    let joints = sim.joint_names().to_vec();
     let mut watch = Watch::default();
     let mut end = End::TimeUp;
     sink.write(sim.now(), &Record::Truth(&sim.truth()))?;
@@ -99,7 +99,7 @@ pub fn run(
                 sink.write(sim.now(), &Record::Labels { sweep, labels: sim.labels() })?;
                 sink.write(
                     sim.now(),
-                    &Record::Joints { names: &joints, angles_rad: &sim.body().joint_angles_rad },
+                    &Record::Joints { names: &joints, angles_rad: sim.joint_angles_rad() },
                 )?;
                 if driver == Driver::Truth {
                     steer(sim, &mut follower, &truth.as_estimate());

@@ -3,7 +3,7 @@
 use crate::document::{Document, Refusal, suggest};
 use crate::sensor::{FaultSpec, GnssSpec, ImuSpec, LidarSpec, OdometrySpec, WeatherSpec, wire_under};
 use arborloop_base::{Pose2, Span, Wire, pose2};
-use arborloop_robots::{FollowerSettings, Route, TrotSettings};
+use arborloop_robots::{FollowerSettings, Route, TrotSettings, WheelSettings};
 use arborloop_worlds::WorldSpec;
 use serde::{Deserialize, Serialize};
 
@@ -49,9 +49,12 @@ pub struct Scenario {
     /// How it steers along the route.
     #[serde(default)]
     pub follower: FollowerSettings,
-    /// How it walks.
+    /// How it walks, if it has legs.
     #[serde(default)]
     pub gait: TrotSettings,
+    /// How it drives, if it has wheels.
+    #[serde(default)]
+    pub wheels: WheelSettings,
     /// The lidar on its back.
     #[serde(default)]
     pub lidar: LidarSpec,
@@ -121,6 +124,10 @@ pub enum RobotModel {
     /// Unitree Go1 with a VLP-16 on its back.
     #[default]
     Go1,
+    /// Clearpath Jackal with a VLP-16 on a tower: skid steering.
+    Jackal,
+    /// Thorvald II, slim, with an OS1-16 above its front beam: four wheels driven and steered.
+    Thorvald,
 }
 
 /// Where the robot stands at time zero, world frame.
@@ -224,6 +231,7 @@ impl Scenario {
         self.route.check().map_err(|e| below("route", &e.key, &e.found, &e.wanted))?;
         self.follower.check().map_err(|e| below("follower", &e.key, &e.found, &e.wanted))?;
         self.gait.check().map_err(|e| below("gait", &e.key, &e.found, &e.wanted))?;
+        self.wheels.check().map_err(|e| below("wheels", &e.key, &e.found, &e.wanted))?;
         self.world.check().map_err(|e| below("world", &e.key, &e.found, &e.wanted))?;
         let tick = self.tick();
         self.lidar.check(tick)?;

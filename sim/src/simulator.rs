@@ -1,11 +1,11 @@
 //! World, robot and sensors on one clock: a tick in, what the sensors say out.
 
-use crate::gait::Gait;
+use crate::gait::{Gait, wheeled};
 use crate::optics::Optics;
 use crate::scenario::Scenario;
 use crate::sensor::{FiringStory, Gnss, InertialSensor, LegOdometry, Lidar, Motion, Surroundings};
 use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, spatial};
-use arborloop_robots::{Command, Fall, Follower, Robot, TrunkState, go1};
+use arborloop_robots::{Command, Fall, Follower, Robot, SensorFrame, TrunkState, go1};
 use arborloop_worlds::World;
 use nalgebra::Translation3;
 use std::collections::VecDeque;
@@ -16,6 +16,7 @@ pub struct Simulator {
     world: World,
     optics: Optics,
     robot: Robot,
+    joint_names: Vec<String>,
     gait: Gait,
     motion: Motion,
     lidar: Lidar,
@@ -36,10 +37,13 @@ impl Simulator {
         let tick = scenario.tick();
         let world = arborloop_worlds::build(&scenario.world, seed);
         let start = scenario.start.pose();
-        let gait = Gait::new(&world, &scenario.gait, start, tick, seed);
+        let gait = Gait::new(&world, scenario, seed);
         let state = gait.state();
-        let robot = go1();
-        let mount = |link: &str| robot.frame(link).expect("the embedded robots carry every sensor's frame");
+        let (robot, joint_names) = match wheeled(scenario.robot.model) {
+            Some(wheeled) => (wheeled.robot.clone(), wheeled.joint_names()),
+            None => (go1(), go1::JOINT_NAMES.map(str::to_owned).to_vec()),
+        };
+        let mount = |sensor| robot.mount(sensor).expect("the embedded robots carry every sensor's frame");
         let period = |rate_hz: f64| Span::from_seconds(1.0 / rate_hz);
         let turn = period(scenario.lidar.rate_hz);
         let start_height = state.world_from_base.translation.z;
@@ -52,15 +56,15 @@ impl Simulator {
                 tick,
                 turn + Span::from_millis(10),
             ),
-            lidar: Lidar::new(&scenario.lidar, turn, mount("velodyne"), seed.stream("lidar"))
+            lidar: Lidar::new(&scenario.lidar, turn, mount(SensorFrame::Lidar), seed.stream("lidar"))
+                .on(&robot)
                 .under(&scenario.weather, &scenario.fault),
             imu: scenario.imu.as_ref().map(|imu| {
-                InertialSensor::new(imu, period(imu.rate_hz), mount("imu_link"), seed.stream("imu"))
+                InertialSensor::new(imu, period(imu.rate_hz), mount(SensorFrame::Imu), seed.stream("imu"))
             }),
-            gnss: scenario
-                .gnss
-                .as_ref()
-                .map(|gnss| Gnss::new(gnss, period(gnss.rate_hz), mount("gps_link"), seed.stream("gnss"))),
+            gnss: scenario.gnss.as_ref().map(|gnss| {
+                Gnss::new(gnss, period(gnss.rate_hz), mount(SensorFrame::Antenna), seed.stream("gnss"))
+            }),
             odometry: scenario.odometry.as_ref().map(|odometry| {
                 LegOdometry::new(odometry, period(odometry.rate_hz), seed.stream("odometry"))
             }),
@@ -74,6 +78,7 @@ impl Simulator {
             scenario: scenario.clone(),
             world,
             robot,
+            joint_names,
             gait,
         }
     }
@@ -106,6 +111,21 @@ impl Simulator {
     /// The robot's description, with its sensors' frames.
     pub fn robot(&self) -> &Robot {
         &self.robot
+    }
+
+    /// Names of the joints whose angles [`Simulator::joint_angles_rad`] tells.
+    pub fn joint_names(&self) -> &[String] {
+        &self.joint_names
+    }
+
+    /// Angles of the robot's joints now, radians.
+    pub fn joint_angles_rad(&self) -> &[f64] {
+        &self.gait.state().joint_angles_rad[..self.joint_names.len()]
+    }
+
+    /// The lidar's mount on the base.
+    pub fn base_from_lidar(&self) -> Pose {
+        self.robot.mount(SensorFrame::Lidar).unwrap_or_else(Pose::identity)
     }
 
     /// The start in the world: level, at the base's place and heading at time zero.

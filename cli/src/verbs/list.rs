@@ -18,7 +18,14 @@ pub(crate) fn list(catalog: &Catalog) {
     for name in catalog.names() {
         println!("  {name}");
     }
-    println!("robots\n  go1                      Unitree Go1 with a VLP-16, kinematic trot");
+    println!("robots");
+    for (name, what) in [
+        ("go1", "Unitree Go1 with a VLP-16: legs, by physics or kinematics"),
+        ("jackal", "Clearpath Jackal with a VLP-16: four wheels, skid steering, by physics"),
+        ("thorvald", "Thorvald II with an OS1-16: four wheels driven and steered, by physics"),
+    ] {
+        println!("  {name:24} {what}");
+    }
     println!("lidars");
     for (name, text) in lidar::EMBEDDED {
         println!("  {name:24} {}", first_line(text));

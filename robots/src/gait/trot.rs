@@ -66,6 +66,7 @@ impl KinematicTrot {
                 feet_world: legs.feet,
                 joint_angles_rad: [0.0; 12],
                 loads: None,
+                rolled: None,
             },
             planar,
             legs,
@@ -139,6 +140,7 @@ impl KinematicTrot {
             feet_world: self.legs.feet,
             joint_angles_rad,
             loads: None,
+            rolled: None,
         };
     }
 }

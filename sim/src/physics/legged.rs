@@ -226,5 +226,6 @@ fn told(now: &PlantState, phase: f64, torques_nm: [f64; 12], contact_n: f64) -> 
             joint_torques_nm: torques_nm,
             foot_forces_n: now.foot_forces_n,
         }),
+        rolled: None,
     }
 }

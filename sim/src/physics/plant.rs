@@ -3,32 +3,23 @@
 //! Reduced coordinates (a multibody), so that joints hold exactly and rotors have their inertia. The root is the
 //! trunk's center of mass: the engine takes the root's velocity for that of its center, and integrates its origin.
 
-use super::{FEET, outline, soil, tag, untag};
-use crate::axes::{from_engine, point_to_engine, to_engine, vector_from_engine, vector_to_engine};
+use super::FEET;
+use super::engine::{GROUND, ROBOT, SOLIDS, body_of, engine, force_on, groups, hinge, place_world, touching};
+use crate::axes::{from_engine, to_engine, vector_from_engine, vector_to_engine};
 use arborloop_base::{Contact, Pose};
 use arborloop_robots::{JointKind, Lump, Robot, go1};
 use arborloop_worlds::World;
-use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Point3, Translation3, Vector3};
 use rapier3d_f64::prelude::{
-    ColliderBuilder, ColliderHandle, FrictionModel, GenericJointBuilder, Group, InteractionGroups,
-    JointAxesMask, JointAxis, MassProperties, Matrix, MultibodyJointHandle, PhysicsWorld, RigidBodyBuilder,
-    RigidBodyHandle,
+    ColliderBuilder, ColliderHandle, MultibodyJointHandle, PhysicsWorld, RigidBodyHandle,
 };
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
-/// Standard gravity, m/s2.
-const GRAVITY_MPS2: f64 = 9.806_65;
 /// Dry friction and damping of the joints, N m and N m s/rad (go1.urdf).
 const JOINT_FRICTION_NM: f64 = 0.2;
 const JOINT_DAMPING_NMS: f64 = 0.01;
 /// Radius of thighs and calves, meters: half their thickness (go1.urdf).
 const LIMB_RADIUS_M: f64 = 0.012;
-/// Who meets whom: the robot's parts meet the ground and what stands on it, never each other. Limbs do not meet the
-/// ground: knees and shins of a standing robot are above it, and a fallen one lies on its trunk.
-const ROBOT: Group = Group::GROUP_1;
-const GROUND: Group = Group::GROUP_2;
-const SOLIDS: Group = Group::GROUP_3;
-
 /// What the plant is built from besides the world and the robot.
 pub(crate) struct PlantSpec {
     pub(crate) tick_s: f64,
@@ -83,7 +74,7 @@ impl Plant {
         world_from_base: &Pose,
         angles_rad: &[f64; 12],
     ) -> Self {
-        let mut engine = engine_for(spec);
+        let mut engine = engine(spec.tick_s, spec.substeps);
         place_world(&mut engine, world, spec.friction);
         let trunk = Lump::of(robot, robot.root()).unwrap_or(Lump::NOTHING).plus(&spec.payload);
         let base_from_root = Pose::from(Translation3::from(trunk.center_of_mass.coords));
@@ -116,20 +107,10 @@ impl Plant {
             let lump = Lump::of(robot, &joint.child).unwrap_or(Lump::NOTHING);
             let child = self.engine.insert_body(body_of(&lump));
             bodies.insert(&joint.child, (child, Pose::identity()));
-            // The engine's hinge turns about the x axis of its own frames.
-            let hinge = UnitQuaternion::rotation_between(&Vector3::x(), &joint.axis)
-                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI));
-            let hinge = Pose::from_parts(Translation3::identity(), hinge);
-            let mut built = GenericJointBuilder::new(JointAxesMask::LOCKED_REVOLUTE_AXES)
-                .contacts_enabled(false)
-                .local_frame1(to_engine(&(parent_from_body.inverse() * joint.parent_from_child * hinge)))
-                .local_frame2(to_engine(&hinge));
-            if let Some(limits) = joint.limits.filter(|_| joint.kind == JointKind::Revolute) {
-                built = built.limits(JointAxis::AngX, [limits.low, limits.high]);
-            }
+            let built = hinge(joint, &parent_from_body, joint.kind == JointKind::Revolute);
             let handle = self
                 .engine
-                .insert_multibody_joint(parent, child, built.build())
+                .insert_multibody_joint(parent, child, built)
                 .expect("the joints of a checked robot are a tree, and each hangs a new body");
             let axis = joint.axis.into_inner();
             self.joints.push(PlantJoint { handle, parent, child, axis, coordinate: 0 });
@@ -289,100 +270,14 @@ impl Plant {
             joint_angles_rad,
             joint_rates_radps,
             feet_world,
-            foot_forces_n: self.feet.map(|foot| self.force_on(foot)),
+            foot_forces_n: self.feet.map(|foot| force_on(&self.engine, foot, self.tick_s)),
         }
-    }
-
-    /// Mean force of everything on a collider over the last tick, world axes, N.
-    fn force_on(&self, collider: ColliderHandle) -> Vector3<f64> {
-        let mut sum = Vector3::zeros();
-        for pair in self.engine.narrow_phase.contact_pairs_with(collider) {
-            let sign = if pair.collider2 == collider { 1.0 } else { -1.0 };
-            for manifold in pair.solver_manifolds() {
-                let normal = vector_from_engine(&manifold.data.normal);
-                for point in &manifold.points {
-                    let data = &point.data;
-                    // The engine keeps friction as a vector for its last substep only: scaled up to all of them.
-                    let share = if data.warmstart_impulse > 0.0 {
-                        data.impulse / data.warmstart_impulse
-                    } else {
-                        0.0
-                    };
-                    let aside = vector_from_engine(&data.warmstart_tangent_world) * share;
-                    sum += (normal * data.impulse - aside) * sign;
-                }
-            }
-        }
-        sum / self.tick_s
     }
 
     /// Solid things that the robot touches; the ground is none of them; sorted.
     pub(crate) fn touching(&self) -> Vec<Contact> {
-        let mut contacts = BTreeSet::new();
-        for (part, collider) in &self.parts {
-            for pair in self.engine.narrow_phase.contact_pairs_with(*collider) {
-                let touches = pair.manifolds().iter().flat_map(|one| &one.points).any(|p| p.dist <= 0.0);
-                let other = if pair.collider1 == *collider { pair.collider2 } else { pair.collider1 };
-                let met = self.engine.colliders.get(other).and_then(|one| untag(one.user_data));
-                if let (true, Some((class, instance))) = (touches, met) {
-                    contacts.insert(Contact { part: part.clone(), class, instance });
-                }
-            }
-        }
-        contacts.into_iter().collect()
+        touching(&self.engine, &self.parts)
     }
-}
-
-/// The engine with everything spelled out that the walk relies on.
-fn engine_for(spec: &PlantSpec) -> PhysicsWorld {
-    let mut engine = PhysicsWorld::new();
-    engine.gravity = vector_to_engine(&Vector3::new(0.0, 0.0, -GRAVITY_MPS2));
-    let parameters = &mut engine.integration_parameters;
-    parameters.dt = spec.tick_s;
-    parameters.num_solver_iterations = spec.substeps;
-    parameters.num_internal_pgs_iterations = 1;
-    parameters.num_internal_stabilization_iterations = 1;
-    parameters.max_ccd_substeps = 0;
-    // Without friction in both passes a loaded foot creeps by millimeters a second.
-    parameters.friction_in_bias_pass = true;
-    parameters.friction_model = FrictionModel::Coulomb;
-    // Recycled contacts drift by more than a foot is wide.
-    parameters.contact_recycling = false;
-    parameters.contact_clustering = false;
-    engine
-}
-
-/// The ground and all that can be bumped into.
-fn place_world(engine: &mut PhysicsWorld, world: &World, friction: f64) {
-    let ground = soil::collider(&world.terrain).friction(friction).collision_groups(groups(GROUND, ROBOT));
-    engine.insert_collider(ground, None);
-    for solid in &world.solids {
-        let corners: Vec<_> = outline(&solid.shape).iter().map(point_to_engine).collect();
-        // A disc or a needle has no volume, hence no hull: nothing to bump into.
-        if let Some(hull) = ColliderBuilder::convex_hull(&corners) {
-            let hull = hull.user_data(tag(solid.class, solid.instance)).friction(friction);
-            engine.insert_collider(hull.collision_groups(groups(SOLIDS, ROBOT)), None);
-        }
-    }
-}
-
-fn groups(member: Group, meets: Group) -> InteractionGroups {
-    InteractionGroups { memberships: member, filter: meets, ..InteractionGroups::all() }
-}
-
-fn body_of(lump: &Lump) -> RigidBodyBuilder {
-    let columns = lump.inertia_kgm2.column_iter().map(|column| vector_to_engine(&column.into_owned()));
-    let [x, y, z]: [_; 3] = std::array::from_fn({
-        let columns: Vec<_> = columns.collect();
-        move |axis| columns[axis]
-    });
-    RigidBodyBuilder::dynamic().can_sleep(false).additional_mass_properties(
-        MassProperties::with_inertia_matrix(
-            point_to_engine(&lump.center_of_mass),
-            lump.mass_kg,
-            Matrix::from_cols(x, y, z),
-        ),
-    )
 }
 
 fn calf_from_foot(robot: &Robot, leg: usize, calf: &str) -> Pose {

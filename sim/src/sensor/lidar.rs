@@ -28,6 +28,7 @@ use answer::Answer;
 use arborloop_base::os1::Os1;
 use arborloop_base::vlp16::ReturnMode;
 use arborloop_base::{Label, Pose, Span, Stream, Sweep, Time, Wire};
+use arborloop_robots::{JointKind, Robot, SensorFrame};
 use body::Body;
 pub(crate) use body::Stance;
 use cast::Scratch;
@@ -116,6 +117,16 @@ impl Lidar {
             scratch: Mutex::new(Vec::new()),
             spec: spec.clone(),
         }
+    }
+
+    /// The same lidar on another robot than the Go1.
+    pub(crate) fn on(mut self, robot: &Robot) -> Self {
+        let on_legs = robot.joints.iter().all(|joint| joint.kind != JointKind::Continuous);
+        if !on_legs {
+            self.body = Body::on_wheels(robot, robot.sensor_link(SensorFrame::Lidar).unwrap_or_default());
+            self.beams = beams_of(&self.spec.model, &self.base_from_lidar, &self.body);
+        }
+        self
     }
 
     /// The same lidar in some weather, with faults to come.

@@ -1,4 +1,4 @@
-//! Leg odometry: the motion that the robot believes it made, with a scale error and noise.
+//! Odometry of legs or wheels: the motion that the robot believes it made, with a scale error and noise.
 
 use crate::scenario::{Wrong, whole_ticks, within};
 use arborloop_base::{Odometry, Pose, Span, Stream, Time, Twist};
@@ -26,7 +26,7 @@ pub struct OdometrySpec {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OdometrySource {
-    /// The true motion: all errors are those of the settings.
+    /// The true motion: all errors are those of the settings. A robot on wheels is told by its wheels all the same.
     #[default]
     Motion,
     /// The legs: joints, gyroscope and foot sensors, with the errors that slipping and landing feet make. Gaits that know
@@ -63,6 +63,15 @@ pub(crate) struct LegOdometry {
     stream: Stream,
     last: Option<Pose>,
     legs: Option<Legs>,
+    rolled: Rolled,
+}
+
+/// What the wheels told since the last sample: sums over the ticks, base axes, and how many they were.
+#[derive(Default)]
+struct Rolled {
+    sum_mps: Vector3<f64>,
+    sum_radps: Vector3<f64>,
+    ticks: f64,
 }
 
 /// What the legs told since the last sample.
@@ -77,15 +86,21 @@ struct Legs {
 
 impl LegOdometry {
     pub(crate) fn new(spec: &OdometrySpec, period: Span, stream: Stream) -> Self {
-        LegOdometry { spec: spec.clone(), period, stream, last: None, legs: None }
+        LegOdometry { spec: spec.clone(), period, stream, last: None, legs: None, rolled: Rolled::default() }
     }
 
     pub(crate) fn period(&self) -> Span {
         self.period
     }
 
-    /// One tick of the body.
+    /// One tick of the body. Wheels always tell: nothing else knows how they slip.
     pub(crate) fn feel(&mut self, state: &TrunkState) {
+        if let Some(twist) = state.rolled {
+            self.rolled.sum_mps += twist.linear_mps;
+            self.rolled.sum_radps += twist.angular_radps;
+            self.rolled.ticks += 1.0;
+            return;
+        }
         let Some(loads) = state.loads.filter(|_| self.spec.source == OdometrySource::Legs) else { return };
         let legs = self.legs.get_or_insert_with(|| Legs {
             body: Body::go1(),
@@ -116,9 +131,13 @@ impl LegOdometry {
             (legs.sum_mps, legs.ticks) = (Vector3::zeros(), 0.0);
             mean_mps
         });
-        let speed_mps = told.unwrap_or(motion.translation.vector / seconds);
-        let mut twist =
-            Twist { linear_mps: speed_mps * scale, angular_radps: motion.rotation.scaled_axis() / seconds };
+        let rolled = std::mem::take(&mut self.rolled);
+        let (speed_mps, turn_radps) = if rolled.ticks > 0.0 {
+            (rolled.sum_mps / rolled.ticks, rolled.sum_radps / rolled.ticks)
+        } else {
+            (told.unwrap_or(motion.translation.vector / seconds), motion.rotation.scaled_axis() / seconds)
+        };
+        let mut twist = Twist { linear_mps: speed_mps * scale, angular_radps: turn_radps };
         twist.linear_mps.x += noise.normal() * self.spec.speed_noise_mps;
         twist.linear_mps.y += noise.normal() * self.spec.speed_noise_mps;
         twist.angular_radps.z += noise.normal() * self.spec.turn_noise_radps;

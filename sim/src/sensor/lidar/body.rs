@@ -2,18 +2,19 @@
 
 use crate::optics::Hit;
 use arborloop_base::{Class, Pose};
-use arborloop_robots::go1;
+use arborloop_robots::{Form, Robot, go1};
 use nalgebra::{Point3, Vector3};
 
 /// Boxes and limits of a body.
 #[derive(Debug, Clone)]
 pub(super) struct Body {
     boxes: Vec<(Pose, Vector3<f64>)>,
+    has_legs: bool,
     top_m: f64,
 }
 
-/// No part of the body is farther from the base's axis, meters: trunk, and a leg stretched out.
-const REACH_M: f64 = 0.65;
+/// No part of a body is farther from the base's axis, meters: of the Go1 a leg stretched out, of the Thorvald a wheel's corner.
+const REACH_M: f64 = 0.9;
 /// Radii of thigh and calf, meters; assumed: half the width of a1.urdf's boxes.
 const THIGH_RADIUS_M: f64 = 0.02;
 const CALF_RADIUS_M: f64 = 0.012;
@@ -32,7 +33,28 @@ impl Body {
         };
         // A leg's joints are no higher than the hips plus the thigh's length when it is raised.
         let top_m = boxes.iter().map(top).fold(go1::HIP_OFFSET_M, f64::max);
-        Body { boxes, top_m }
+        Body { boxes, has_legs: true, top_m }
+    }
+
+    /// Of a robot on wheels: the boxes around its shapes, wheels as they stand straight on, the lidar left out.
+    pub(super) fn on_wheels(robot: &Robot, lidar: &str) -> Self {
+        let mut body = Body { boxes: Vec::new(), has_legs: false, top_m: f64::NEG_INFINITY };
+        for link in robot.links.iter().filter(|link| link.name != lidar) {
+            let Some(base_from_link) = robot.frame(&link.name) else { continue };
+            for shape in &link.shapes {
+                let half = match shape.form {
+                    Form::Box { size_m } => size_m / 2.0,
+                    Form::Cylinder { radius_m, length_m } => Vector3::new(radius_m, radius_m, length_m / 2.0),
+                    Form::Sphere { radius_m } => Vector3::repeat(radius_m),
+                    Form::Mesh { .. } => continue,
+                };
+                let base_from_shape = base_from_link * shape.link_from_shape;
+                let up = base_from_shape.rotation.inverse() * Vector3::z();
+                body.top_m = body.top_m.max(base_from_shape.translation.z + up.abs().dot(&half));
+                body.boxes.push((base_from_shape.inverse(), half));
+            }
+        }
+        body
     }
 
     /// Whether a beam from a place at an elevation can meet the body at all, whatever its bearing.
@@ -60,7 +82,7 @@ impl Body {
             let met = cross_box(half, &(shape_from_base * origin), &(shape_from_base * direction));
             offer(met.map(|(range_m, normal)| (range_m, shape_from_base.rotation.inverse() * normal)));
         }
-        if stance.may_be_met(origin, direction) {
+        if self.has_legs && stance.may_be_met(origin, direction) {
             for [shoulder, knee, foot] in &stance.legs {
                 offer(cross_capsule(shoulder, knee, THIGH_RADIUS_M, origin, direction));
                 offer(cross_capsule(knee, foot, CALF_RADIUS_M, origin, direction));
