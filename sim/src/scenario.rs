@@ -14,11 +14,11 @@ pub const SCHEMA: u32 = 1;
 pub const EMBEDDED: &[(&str, &str)] = &[
     ("cone-field-go1", include_str!("../scenarios/cone-field-go1.toml")),
     ("cone-field-go1-short", include_str!("../scenarios/cone-field-go1-short.toml")),
-    ("citrus-go1", include_str!("../scenarios/citrus-go1.toml")),
-    ("citrus-go1-short", include_str!("../scenarios/citrus-go1-short.toml")),
+    ("citrus-jackal", include_str!("../scenarios/citrus-jackal.toml")),
+    ("citrus-jackal-short", include_str!("../scenarios/citrus-jackal-short.toml")),
     ("forest-go1", include_str!("../scenarios/forest-go1.toml")),
     ("orchard-go1", include_str!("../scenarios/orchard-go1.toml")),
-    ("vineyard-go1", include_str!("../scenarios/vineyard-go1.toml")),
+    ("vineyard-thorvald", include_str!("../scenarios/vineyard-thorvald.toml")),
 ];
 
 /// Everything that exists in a run, every default spelled out.

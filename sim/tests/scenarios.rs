@@ -79,9 +79,12 @@ fn every_route_stays_clear_of_everything_that_a_robot_can_touch() {
 
 #[test]
 fn routes_are_as_long_as_the_papers_and_can_be_walked_in_time() {
-    for (name, wanted_m) in
-        [("cone-field-go1", 80.0), ("citrus-go1", 865.33), ("vineyard-go1", 102.3), ("orchard-go1", 150.0)]
-    {
+    for (name, wanted_m) in [
+        ("cone-field-go1", 80.0),
+        ("citrus-jackal", 865.33),
+        ("vineyard-thorvald", 102.3),
+        ("orchard-go1", 150.0),
+    ] {
         let found_m = read(name).route.length_m();
         assert!((found_m / wanted_m - 1.0).abs() < 0.01, "{name}: {found_m} m, wanted {wanted_m} m");
     }
@@ -95,7 +98,7 @@ fn routes_are_as_long_as_the_papers_and_can_be_walked_in_time() {
 
 #[test]
 fn a_robot_stands_free_among_trunks_posts_and_wires() {
-    for name in ["vineyard-go1", "orchard-go1", "forest-go1"] {
+    for name in ["vineyard-thorvald", "orchard-go1", "forest-go1"] {
         let mut simulator = Simulator::new(&read(name), Seed(1));
         for _ in 0..50 {
             simulator.step();
