@@ -197,11 +197,21 @@ pub(crate) enum Shown {
         #[arg(default_value = "vlp16")]
         lidar: String,
     },
-    /// A robot's links, joints, masses and sensor frames; the Go1 when no file is given.
+    /// A robot's links, joints, masses and sensor frames, and whether it has legs or wheels that this program can move.
     Robot {
-        /// A URDF file.
-        file: Option<PathBuf>,
+        /// A URDF file, or one of go1, jackal and thorvald.
+        #[arg(default_value = "go1")]
+        robot: String,
+        /// Where the meshes of a package are, for package://PACKAGE/...; may repeat.
+        #[arg(long = "mesh", value_name = "PACKAGE=FOLDER", value_parser = package)]
+        meshes: Vec<(String, PathBuf)>,
     },
+}
+
+fn package(text: &str) -> Result<(String, PathBuf), String> {
+    let (name, folder) =
+        text.split_once('=').ok_or_else(|| format!("found `{text}`, wanted PACKAGE=FOLDER"))?;
+    Ok((name.to_owned(), PathBuf::from(folder)))
 }
 
 fn alignment(text: &str) -> Result<Alignment, String> {

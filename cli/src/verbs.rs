@@ -6,6 +6,7 @@ mod explain;
 mod generate;
 mod list;
 mod replay;
+mod robot;
 mod run;
 mod show;
 mod test;

@@ -107,6 +107,25 @@ fn what_comes_with_the_program_can_be_listed_shown_and_checked() {
         let bytes = std::fs::read(folder.path().join("pictures").join(name)).unwrap();
         assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 5_000, "{name}: {} bytes", bytes.len());
     }
+    let (jackal, _) = with_code(folder.path(), &["show", "robot", "jackal"], 0);
+    assert!(
+        jackal.contains("skid steering") && jackal.contains("velodyne at (0.0000, 0.0000, 0.3217)"),
+        "{jackal}"
+    );
+    let mesh = r#"<robot name="r"><link name="a"><inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" izz="0.04"/></inertial>
+        <visual><geometry><mesh filename="package://p/a.stl"/></geometry></visual></link></robot>"#;
+    std::fs::write(folder.path().join("mesh.urdf"), mesh).unwrap();
+    std::fs::write(folder.path().join("a.stl"), "solid").unwrap();
+    let (_, said) = with_code(folder.path(), &["show", "robot", "mesh.urdf"], 0);
+    assert!(said.contains("warning: mesh.urdf: line 1: link \"a\"") && said.contains("--mesh"), "{said}");
+    let (found, said) = with_code(folder.path(), &["show", "robot", "mesh.urdf", "--mesh", "p=."], 0);
+    assert!(found.contains("mesh       a: ./a.stl") && !said.contains("warning"), "{found}{said}");
+    std::fs::write(folder.path().join("broken.urdf"), mesh.replace("value=\"2\"", "value=\"two\"")).unwrap();
+    let (_, refused) = with_code(folder.path(), &["show", "robot", "broken.urdf"], 3);
+    assert!(
+        refused.contains("broken.urdf:1: link \"a\": found value=\"two\"; wanted a finite number"),
+        "{refused}"
+    );
     let (robot, _) = with_code(folder.path(), &["show", "robot"], 0);
     assert!(robot.contains("velodyne") && robot.contains("kg"), "{robot}");
 }

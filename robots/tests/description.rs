@@ -1,6 +1,6 @@
 //! URDF files read and refused.
 
-use arborloop_robots::{JointKind, Robot, go1};
+use arborloop_robots::{Body, Form, JointKind, Robot, SensorFrame, Wheeled, go1, wheels};
 use std::path::PathBuf;
 
 #[test]
@@ -140,4 +140,61 @@ fn what_moves_without_mass_and_inertias_of_no_body_are_told_and_drawn_all_the_sa
         weightless.contains("line 4: joint \"j\"") && weightless.contains("weighs nothing"),
         "{weightless}"
     );
+}
+
+#[test]
+fn a_mesh_that_is_not_found_is_stood_for_by_a_box_of_the_same_mass_and_inertia() {
+    let link = |name: &str, inertial: &str| {
+        format!(
+            r#"<link name="{name}">{inertial}<visual><geometry><mesh filename="package://p/{name}.stl"/></geometry></visual></link>"#
+        )
+    };
+    let heavy = r#"<inertial><mass value="2"/><inertia ixx="0.02" iyy="0.03" izz="0.04"/></inertial>"#;
+    let text = format!(
+        r#"<robot name="r">{}{}{}{}{}</robot>"#,
+        link("a", heavy),
+        link("b", heavy),
+        link("c", ""),
+        fixed("j", "a", "b"),
+        fixed("k", "a", "c")
+    );
+    let mut robot = Robot::from_urdf(&text, "mesh.urdf").unwrap();
+    let notes = robot.box_meshes(&|file| file == "package://p/a.stl");
+    assert_eq!(notes.len(), 2, "{notes:?}");
+    assert!(notes[0].contains("link \"b\"") && notes[0].contains("package://p/b.stl"), "{}", notes[0]);
+    assert!(notes[1].contains("link \"c\"") && notes[1].contains("touches nothing"), "{}", notes[1]);
+    assert!(matches!(robot.links[0].shapes[0].form, Form::Mesh { .. }));
+    assert!(matches!(robot.links[1].shapes[0].form, Form::Box { .. }));
+    assert!(robot.links[2].shapes.is_empty());
+}
+
+#[test]
+fn the_robots_that_come_with_the_program_have_what_moves_them_and_every_sensor_frame() {
+    for robot in [go1(), wheels::jackal().robot, wheels::thorvald().robot] {
+        assert_eq!(robot.warnings, Vec::<String>::new(), "{}", robot.name);
+        for sensor in [SensorFrame::Lidar, SensorFrame::Imu, SensorFrame::Antenna] {
+            assert!(robot.mount(sensor).is_some(), "{}: {sensor:?}", robot.name);
+        }
+        let (legs, rolls) = (Body::like_go1(&robot).is_ok(), Wheeled::new(robot.clone()).is_ok());
+        assert!(legs != rolls && legs == (robot.name == "go1"), "{}", robot.name);
+    }
+    // jackal.urdf.xacro: 16.523 + 4 x 0.477 kg, and the lidar's 0.83 kg.
+    assert!((wheels::jackal().mass_kg - 19.261).abs() < 1e-9);
+    assert!(wheels::thorvald().steers() && !wheels::jackal().steers());
+}
+
+#[test]
+fn a_body_on_three_wheels_or_with_an_arm_says_what_it_lacks() {
+    let text = include_str!("../models/jackal.urdf");
+    let three = text.replacen("type=\"continuous\"", "type=\"fixed\"", 1);
+    let says = |text: &str| Wheeled::new(Robot::from_urdf(text, "w.urdf").unwrap()).unwrap_err().to_string();
+    assert!(says(&three).contains("found 3 wheels; wanted four"), "{}", says(&three));
+    let arm = text.replacen(
+        "<joint name=\"gps_joint\" type=\"fixed\">",
+        "<joint name=\"gps_joint\" type=\"continuous\">",
+        1,
+    );
+    assert!(says(&arm).contains("joint \"gps_joint\""), "{}", says(&arm));
+    let legs = Body::like_go1(&wheels::jackal().robot).unwrap_err().to_string();
+    assert!(legs.contains("no revolute joint \"FR_hip_joint\""), "{legs}");
 }

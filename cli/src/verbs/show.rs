@@ -5,7 +5,6 @@ use crate::failure::Failure;
 use crate::load;
 use crate::render::{Camera, range_image, render};
 use arborloop_base::{Observation, Seed};
-use arborloop_robots::{Robot, go1};
 use arborloop_sim::sensor::LidarModel;
 use arborloop_sim::sensor::lidar::EMBEDDED;
 use arborloop_sim::{Document, Scenario, Simulator};
@@ -28,16 +27,7 @@ pub(crate) fn show(verb: &Show) -> Result<(), Failure> {
                 print!("{}", Document::of(&model)?.text);
             }
         },
-        Shown::Robot { file } => {
-            let robot = match file {
-                Some(path) => {
-                    let text = load::file(path)?;
-                    Robot::from_urdf(&text.text, &text.name)?
-                }
-                None => go1(),
-            };
-            println!("{}", robot.tree());
-        }
+        Shown::Robot { robot, meshes } => super::robot::show(robot, meshes)?,
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! The shapes of links, and the box that weighs and turns as a link does, for shapes that are drawn by meshes.
 
-use super::Link;
+use super::{Link, Robot};
 use arborloop_base::Pose;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -63,6 +63,39 @@ impl Link {
             form: Form::Box { size_m: squares.map(f64::sqrt) },
             link_from_shape: Pose::from_parts(self.center_of_mass.coords.into(), turn),
         })
+    }
+}
+
+impl Robot {
+    /// Puts the inertial box of its link in place of every mesh that `known` does not know; one sentence for each.
+    pub fn box_meshes(&mut self, known: &dyn Fn(&str) -> bool) -> Vec<String> {
+        let mut notes = Vec::new();
+        for link in &mut self.links {
+            let substitute = link.inertial_box();
+            let (mut kept, mut boxed) = (Vec::new(), None);
+            for shape in std::mem::take(&mut link.shapes) {
+                match &shape.form {
+                    Form::Mesh { file } if !known(file) => boxed = Some(file.clone()),
+                    _ => kept.push(shape),
+                }
+            }
+            link.shapes = kept;
+            let Some(file) = boxed else { continue };
+            let (line, name) = (link.line, &link.name);
+            notes.push(match &substitute {
+                Some(Shape { form: Form::Box { size_m }, .. }) => format!(
+                    "line {line}: link \"{name}\" is drawn by {file}, which was not found: a box of its mass and inertia \
+                     stands for it, {:.3} x {:.3} x {:.3} m",
+                    size_m.x, size_m.y, size_m.z
+                ),
+                _ => format!(
+                    "line {line}: link \"{name}\" is drawn by {file}, which was not found, and has no mass to make a box of: \
+                     it touches nothing"
+                ),
+            });
+            link.shapes.extend(substitute);
+        }
+        notes
     }
 }
 

@@ -67,6 +67,44 @@ impl Body {
             .expect("the embedded model has the legs that this crate's tests build")
     }
 
+    /// A body with legs named and hinged as the Go1's: hips that turn about x, thighs and calves about y, and limits that
+    /// hold the Go1's stance. No payload.
+    ///
+    /// # Errors
+    /// The first thing that it lacks.
+    pub fn like_go1(robot: &Robot) -> Result<Body, BodyError> {
+        let links = go1::LEGS.map(|leg| format!("{leg}_foot"));
+        let feet = [&*links[0], &*links[1], &*links[2], &*links[3]];
+        let body = Body::new(robot, go1::JOINT_NAMES, feet, go1::MOTORS, &Lump::NOTHING)?;
+        for (index, name) in go1::JOINT_NAMES.iter().enumerate() {
+            let Some(joint) = robot.joints.iter().find(|joint| joint.name == *name) else { continue };
+            let Some(base_from_child) = robot.frame(&joint.child) else { continue };
+            let axis = base_from_child.rotation * joint.axis.into_inner();
+            let (along, wanted) = if index % 3 == 0 { (axis.x, "x: 1 0 0") } else { (axis.y, "y: 0 1 0") };
+            if along < 0.999 {
+                let found = format!("{:.3} {:.3} {:.3}", axis.x, axis.y, axis.z);
+                return Err(BodyError::Axis {
+                    robot: robot.name.clone(),
+                    joint: joint.name.clone(),
+                    found,
+                    wanted,
+                });
+            }
+            let angle_rad = go1::STANDING_RAD[index % 3];
+            let inside = |limits: &crate::JointLimits| (limits.low..=limits.high).contains(&angle_rad);
+            if let Some(limits) = joint.limits.filter(|limits| !inside(limits)) {
+                return Err(BodyError::Stance {
+                    robot: robot.name.clone(),
+                    joint: joint.name.clone(),
+                    low: limits.low.to_string(),
+                    high: limits.high.to_string(),
+                    wanted: angle_rad.to_string(),
+                });
+            }
+        }
+        Ok(body)
+    }
+
     /// A body from its description: joints leg by leg (hip, thigh, calf), the links that are feet, motors of hip, thigh
     /// and calf, and a payload in the base frame.
     ///

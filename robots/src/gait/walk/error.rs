@@ -23,4 +23,32 @@ pub enum BodyError {
         /// The leg's last joint.
         calf: String,
     },
+    /// A leg's joint turns about another axis than the controller counts on.
+    #[error("robot \"{robot}\" has joint \"{joint}\" turning about ({found}) in its base, wanted {wanted}")]
+    Axis {
+        /// The robot.
+        robot: String,
+        /// The joint.
+        joint: String,
+        /// Its axis.
+        found: String,
+        /// The axis wanted.
+        wanted: &'static str,
+    },
+    /// The standing pose is out of a joint's limits.
+    #[error(
+        "robot \"{robot}\" cannot stand: joint \"{joint}\" goes from {low} to {high} rad, wanted {wanted} rad inside"
+    )]
+    Stance {
+        /// The robot.
+        robot: String,
+        /// The joint.
+        joint: String,
+        /// Its lowest angle, radians.
+        low: String,
+        /// Its highest angle, radians.
+        high: String,
+        /// The angle of the stance, radians.
+        wanted: String,
+    },
 }
