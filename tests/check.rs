@@ -45,7 +45,8 @@ pub(crate) fn check(changes: &[&str], systems: &[&str], driver: Driver) -> Run {
 /// Runs a scenario with its own seed; `sink` gets every record too.
 pub(crate) fn check_into(scenario: &Scenario, systems: &[&str], driver: Driver, sink: &mut dyn Sink) -> Run {
     let mut sim = Simulator::new(scenario, Seed(scenario.seed));
-    let mut systems: Vec<System> = systems.iter().map(|name| system(name, &rig())).collect();
+    let rig = Rig { base_from_lidar: sim.base_from_lidar() };
+    let mut systems: Vec<System> = systems.iter().map(|name| system(name, &rig)).collect();
     let mut collector =
         Collector { inner: sink, present: None, truth: Vec::new(), estimates: BTreeMap::new() };
     let outcome = run(&mut sim, &mut systems, driver, &mut collector, &mut |_, _| true).unwrap();

@@ -60,3 +60,11 @@ fn a_driver_that_believes_to_stand_still_walks_out_of_the_field() {
     assert!(end.xy().norm() > 7.5, "ended at {end:?}");
     assert!(lost.score("still").position_mean_m > 20.0 * 0.05);
 }
+
+#[test]
+fn a_jackal_drives_the_same_lap_by_the_same_system_and_touches_nothing() {
+    let lap = check(&["robot.model=\"jackal\""], &["mhd"], Driver::System(0));
+    assert_eq!((lap.outcome.end, lap.outcome.contacts.as_slice()), (End::Finished, &[][..]));
+    let score = lap.score("mhd");
+    assert!(score.position_mean_m <= 0.05, "{} m", score.position_mean_m);
+}

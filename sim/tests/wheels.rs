@@ -4,10 +4,10 @@
 
 mod walked;
 
-use arborloop_base::{Seed, Span, pose2};
+use arborloop_base::{Observation, Seed, Span, planar, pose2};
 use arborloop_robots::wheels::{jackal, thorvald};
 use arborloop_robots::{Command, TrunkMotion, TrunkState, WheelSettings, Wheeled};
-use arborloop_sim::WheeledGait;
+use arborloop_sim::{Scenario, Simulator, WheeledGait};
 use arborloop_worlds::World;
 use walked::{Soil, ground};
 
@@ -181,4 +181,80 @@ fn the_same_seed_drives_the_same_bits() {
         states.iter().flat_map(walked::numbers).map(f64::to_bits).collect()
     };
     assert!(bits() == bits());
+}
+
+fn scenario(name: &str, changes: &[&str]) -> Scenario {
+    let changes: Vec<String> = changes.iter().map(|change| (*change).to_owned()).collect();
+    Scenario::read(&Scenario::embedded(name).unwrap().overridden(&changes).unwrap()).unwrap()
+}
+
+#[test]
+fn both_drive_the_cone_field_and_the_thorvald_a_vineyard_s_alley_by_truth_and_touch_nothing() {
+    for (name, model, seconds) in [
+        ("cone-field-go1-short", "robot.model=\"jackal\"", 45),
+        ("cone-field-go1-short", "robot.model=\"thorvald\"", 60),
+        ("vineyard-thorvald", "robot.model=\"thorvald\"", 55),
+    ] {
+        let mut sim = Simulator::new(&scenario(name, &[model]), Seed(1));
+        let mut follower = sim.follower();
+        for tick in 0..seconds * 1000 {
+            if tick % 100 == 0 {
+                let command = follower.steer(&planar(&sim.truth().as_estimate().map_from_base));
+                sim.queue(command);
+            }
+            // No sensor is asked: rays are cast in other tests.
+            sim.advance();
+            let truth = sim.truth();
+            assert_eq!(
+                (truth.contacts.as_slice(), sim.fall()),
+                (&[][..], None),
+                "{name}, {model}, tick {tick}"
+            );
+        }
+        let progress = follower.progress();
+        println!("{name} {model}: {progress:?}");
+        assert!(
+            progress.finished || (name == "vineyard-thorvald" && progress.distance_m > 37.0),
+            "{progress:?}"
+        );
+    }
+}
+
+#[test]
+fn a_run_records_wheels_joints_odometry_and_a_lidar_that_sees_over_its_own_deck() {
+    for (model, joints) in [("jackal", 4), ("thorvald", 8)] {
+        let model = format!("robot.model=\"{model}\"");
+        let still = [
+            "odometry.scale_error_ratio=0.0",
+            "odometry.speed_noise_mps=0.0",
+            "odometry.turn_noise_radps=0.0",
+        ];
+        let changes: Vec<&str> = still.into_iter().chain([&*model]).collect();
+        let mut sim = Simulator::new(&scenario("cone-field-go1-short", &changes), Seed(1));
+        assert_eq!((sim.joint_names().len(), sim.joint_angles_rad().len()), (joints, joints));
+        sim.obey(Command { forward_mps: 0.5, turn_radps: 0.0 });
+        let (mut told_m, mut seen, mut own) = (0.0, 0, 0);
+        for _ in 0..3000 {
+            for observation in sim.step() {
+                match observation {
+                    Observation::Odometry(one) => told_m += one.twist.linear_mps.x / 50.0,
+                    Observation::Sweep(sweep) => {
+                        seen += sweep.returns.iter().filter(|one| one.range_m.is_some()).count();
+                        own += sim
+                            .labels()
+                            .iter()
+                            .filter(|label| label.class == arborloop_base::Class::Robot)
+                            .count();
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let truth = sim.truth();
+        let went_m =
+            (truth.world_from_base.translation.vector - truth.world_from_start.translation.vector).norm();
+        println!("{model}: told {told_m} m of {went_m} m; {own} of {seen} returns are of the robot itself");
+        assert!(went_m > 0.6 && (told_m / went_m - 1.0).abs() < 0.04, "{told_m} m told of {went_m} m");
+        assert!(seen > 100_000 && own * 20 < seen, "{own} of {seen}");
+    }
 }
