@@ -4,7 +4,7 @@
 //! build time, the cost of wind, and ratios to rapier's query pipeline, round by round. Flags:
 //!
 //! - `--scene S|M|L` (several allowed; all three unless said), `--rounds N` (5), `--poses N` (4)
-//! - `--wind off|on|limbs` with `--serve` and `--export` (off)
+//! - `--wind off|on|still-limbs|limbs` with `--serve` and `--export` (off)
 //! - `--isa portable|avx2|avx512` (the widest)
 //! - `--no-rapier` leaves rapier out
 //! - `--export DIR` writes one scene, its rays and our hits as plain arrays
@@ -145,7 +145,7 @@ fn measure(size: Size, wanted: &Wanted) {
         rays.len()
     );
     println!("  built in {build_s:.2} s, {:.1} MB", optics.bytes() as f64 * 1e-6);
-    let others = [Air::Wind, Air::Limbs].map(|air| {
+    let others = [Air::Wind, Air::StillLimbs, Air::Limbs].map(|air| {
         let orchard = scene::orchard(size, air);
         (air, Optics::new(&orchard.world).with_instruction_set(wanted.isa))
     });
@@ -181,7 +181,7 @@ fn measure(size: Size, wanted: &Wanted) {
         }
     }
     // Each against still air in its own measure; rapier, which finds, against `find`.
-    let (find, cast) = (rows[0].1.clone(), rows[3].1.clone());
+    let (find, cast) = (rows[0].1.clone(), rows[4].1.clone());
     for (name, times) in rows.iter().filter(|(_, times)| !times.iter().any(|time| time.is_nan())) {
         let base = if name.starts_with("cast") { &cast } else { &find };
         let ratios: Vec<f64> = times.iter().zip(base).map(|(time, base)| time / base).collect();

@@ -12,13 +12,18 @@
 //! Trunk and limb are one affine map per plant, so a beam is turned into a moving plant's frame and nothing is built
 //! anew. Everything is a pure function of place and time: any instant may be asked for, in any order.
 
+mod gust;
+mod swing;
+
 use crate::Plant;
 use crate::shape::Leaf;
 use crate::spec::{SpecError, within};
 use arborloop_base::{Seed, Stream};
-use nalgebra::{Affine3, Matrix4, Point3, UnitQuaternion, Vector2, Vector3};
+use gust::{Gust, Record, SPEED_MPS_MAX};
+use nalgebra::{Affine3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use swing::{Swing, sine};
 
 /// Leaves that move together: a prototype's leaves `8 k` to `8 k + 7` are its shoot `k`.
 pub const LEAVES_PER_SHOOT: usize = 8;
@@ -58,14 +63,6 @@ impl WindSpec {
     }
 }
 
-/// Stronger gusts bend nothing further, m/s: leaves have reconfigured, and this is no place for a robot.
-const SPEED_MPS_MAX: f64 = 15.0;
-/// The speed at which the table above holds, m/s.
-const SPEED_MPS_NAMED: f64 = 10.0;
-/// Bending grows with this power of the speed: drag with the Vogel exponent -0.7 of reconfiguring foliage.
-const BENDING_POWER: f64 = 1.3;
-/// Flutter grows with this power only (Tadrist et al. 2018: weakly wind-dependent).
-const FLUTTER_POWER: f64 = 0.5;
 const TRUNK_M: f64 = 0.02;
 const LIMB_M: f64 = 0.10;
 const SHOOT_M: f64 = 0.08;
@@ -79,8 +76,6 @@ const LEAN_RATIO: f64 = 0.4;
 /// The gust record's spacing and length. It begins anew after 328 s.
 const GUST_STEP_S: f64 = 0.04;
 const GUST_STEPS: usize = 8192;
-/// Sines in the record.
-const GUSTS: u64 = 32;
 /// Consecutive shoots, and consecutive leaves of a shoot, are this many turns apart: the golden ratio's fraction, so
 /// that no two nearby move in step.
 const GOLDEN_TURNS: f64 = 0.618_033_988_749_895;
@@ -103,9 +98,10 @@ pub struct Hinge {
 pub struct Wind {
     spec: WindSpec,
     toward: Vector2<f64>,
-    /// Speeds at the origin, m/s, [`GUST_STEP_S`] apart; periodic.
-    record: Vec<f64>,
-    speed_mps_max: f64,
+    /// The gusts at the origin.
+    record: Record,
+    /// The most that the record holds.
+    most: Gust,
     modes: Vec<Modes>,
 }
 
@@ -118,12 +114,6 @@ struct Modes {
     leaves: [Swing; PITCHES],
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Swing {
-    frequency_hz: f64,
-    phase_turns: f64,
-}
-
 /// Where a plant is at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sway {
@@ -133,10 +123,21 @@ pub struct Sway {
     pub shoot_m: f64,
     /// Phases of the shoots' frequencies, turns in [0, 1); shoot `k` follows entry `k % 4`.
     pub shoot_turns: [f64; PITCHES],
-    /// How far a leaf turns at most, radians.
+    /// How far a leaf turns at most, radians. What swings is the turn's sine.
     pub leaf_rad: f64,
     /// Phases of the leaves' frequencies, turns in [0, 1); leaf `j` follows entry `j % 4`.
     pub leaf_turns: [f64; PITCHES],
+}
+
+/// Bounds of what the wind does to a plant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drift {
+    /// From where a point of the plant's frame rests, meters, leaves and shoots left out.
+    pub plant_m: f64,
+    /// How far a shoot shifts besides, world meters.
+    pub shoot_m: f64,
+    /// How far a leaf turns, radians.
+    pub leaf_rad: f64,
 }
 
 impl Wind {
@@ -144,15 +145,17 @@ impl Wind {
     /// phases from `world/wind/tree` by instance and `world/wind/limb` by index.
     pub fn new(spec: &WindSpec, plants: &[Plant], seed: Seed) -> Self {
         let (sin, cos) = spec.toward_deg.to_radians().sin_cos();
-        let record = if spec.mean_mps > 0.0 { gusts(spec, seed.stream("world/wind")) } else { vec![0.0] };
+        let record = match spec.mean_mps > 0.0 {
+            true => Record::new(spec, seed.stream("world/wind")),
+            false => Record::still(),
+        };
         let (trees, limbs) = (seed.stream("world/wind/tree"), seed.stream("world/wind/limb"));
         let modes = if spec.mean_mps > 0.0 {
             plants.iter().enumerate().map(|(index, plant)| Modes::new(plant, index, trees, limbs)).collect()
         } else {
             Vec::new()
         };
-        let speed_mps_max = record.iter().copied().fold(0.0, f64::max);
-        Wind { spec: spec.clone(), toward: Vector2::new(cos, sin), record, speed_mps_max, modes }
+        Wind { spec: spec.clone(), toward: Vector2::new(cos, sin), most: record.most(), record, modes }
     }
 
     /// Whether anything moves at all.
@@ -162,22 +165,23 @@ impl Wind {
 
     /// Speed at a place and an instant, m/s. Gusts travel with the mean wind (Taylor's frozen turbulence).
     pub fn speed_mps(&self, x: f64, y: f64, seconds: f64) -> f64 {
-        if !self.blows() {
-            return 0.0;
+        match self.blows() {
+            true => self.record.at(seconds - self.delay_s(x, y)).speed_mps,
+            false => 0.0,
         }
-        let delay_s = (self.toward.x * x + self.toward.y * y) / self.spec.mean_mps;
-        let at = ((seconds - delay_s) / GUST_STEP_S).rem_euclid(GUST_STEPS as f64);
-        let (whole, share) = (at.floor(), at - at.floor());
-        let (first, next) = (whole as usize % GUST_STEPS, (whole as usize + 1) % GUST_STEPS);
-        self.record[first] + (self.record[next] - self.record[first]) * share
+    }
+
+    /// How much later than at the origin a gust is at a place, in a wind that blows.
+    fn delay_s(&self, x: f64, y: f64) -> f64 {
+        (self.toward.x * x + self.toward.y * y) / self.spec.mean_mps
     }
 
     /// Where the plant with this index among the world's is at an instant, `seconds` on the simulation's clock.
     pub fn sway(&self, index: usize, plant: &Plant, seconds: f64) -> Sway {
         let Some(modes) = self.modes.get(index) else { return Sway::at_rest(plant) };
         let hinge = &plant.hinge;
-        let speed_mps = self.speed_mps(hinge.foot.x, hinge.foot.y, seconds);
-        let bend = bending(speed_mps);
+        let gust = self.record.at(seconds - self.delay_s(hinge.foot.x, hinge.foot.y));
+        let bend = gust.bending;
         let [along, across] = modes.trunk.map(|swing| swing.at(seconds));
         let top = bend * TRUNK_M * (self.toward * (LEAN_RATIO + (1.0 - LEAN_RATIO) * along))
             + bend * TRUNK_M * 0.5 * across * Vector2::new(-self.toward.y, self.toward.x);
@@ -191,33 +195,40 @@ impl Wind {
                 + 0.3 * roll * Vector3::new(self.toward.x, self.toward.y, 0.0));
         let scale = plant.world_from_plant.scaling();
         Sway {
-            world_from_plant: bent(hinge, top, turn) * plant.world_from_plant,
+            world_from_plant: bent(plant, top, turn),
             shoot_m: bend * SHOOT_M / scale,
             shoot_turns: modes.shoots.map(|swing| swing.turns(seconds)),
-            leaf_rad: flutter(speed_mps),
+            leaf_rad: gust.flutter * LEAF_RAD,
             leaf_turns: modes.leaves.map(|swing| swing.turns(seconds)),
         }
     }
 
-    /// No point of the plant's frame is ever farther than this from where it rests, meters, leaves and shoots left out.
-    pub fn drift_m_max(&self, plant: &Plant) -> f64 {
-        let bend = bending(self.speed_mps_max);
-        // Lean, yaw and roll together, on an arm of the limb's own reach; the trunk's top drifts along and across.
-        let trunk_m = TRUNK_M * (1.0 + 0.5_f64.powi(2)).sqrt();
-        let limb_m = LIMB_M * (1.0 + 0.4_f64.powi(2) + 0.3_f64.powi(2)).sqrt();
-        // A tip that the limb lifts above the tree's height leans further than the top.
-        let lift_ratio = 1.0 + bend * limb_m / plant.hinge.height_m.max(STILL_BELOW_M);
-        bend * (trunk_m * lift_ratio + limb_m)
+    /// How far the parts of a plant are from where they rest at most, at any instant.
+    pub fn drift_max(&self, plant: &Plant) -> Drift {
+        drift(plant, &self.most)
     }
 
-    /// The farthest that any shoot ever shifts, world meters.
-    pub fn shoot_m_max(&self) -> f64 {
-        bending(self.speed_mps_max) * SHOOT_M
+    /// The same between two instants at most a minute apart, `from_s` and `to_s` on the simulation's clock.
+    pub fn drift_between(&self, plant: &Plant, from_s: f64, to_s: f64) -> Drift {
+        if !self.blows() {
+            return drift(plant, &Gust::default());
+        }
+        let delay_s = self.delay_s(plant.hinge.foot.x, plant.hinge.foot.y);
+        drift(plant, &self.record.most_between(from_s - delay_s, to_s - delay_s))
     }
+}
 
-    /// The farthest that any leaf ever turns, radians.
-    pub fn leaf_rad_max(&self) -> f64 {
-        flutter(self.speed_mps_max)
+fn drift(plant: &Plant, gust: &Gust) -> Drift {
+    let bend = gust.bending;
+    // Lean, yaw and roll together, on an arm of the limb's own reach; the trunk's top drifts along and across.
+    let trunk_m = TRUNK_M * (1.0 + 0.5_f64.powi(2)).sqrt();
+    let limb_m = LIMB_M * (1.0 + 0.4_f64.powi(2) + 0.3_f64.powi(2)).sqrt();
+    // A tip that the limb lifts above the tree's height leans further than the top.
+    let lift_ratio = 1.0 + bend * limb_m / plant.hinge.height_m.max(STILL_BELOW_M);
+    Drift {
+        plant_m: bend * (trunk_m * lift_ratio + limb_m),
+        shoot_m: bend * SHOOT_M,
+        leaf_rad: gust.flutter * LEAF_RAD,
     }
 }
 
@@ -239,8 +250,8 @@ impl Sway {
         let shoot = index / LEAVES_PER_SHOOT;
         let shift =
             self.shoot_m * swing_of(self.shoot_turns[shoot % PITCHES], shoot) * shoot_direction(shoot);
-        let angle_rad = self.leaf_rad * swing_of(self.leaf_turns[index % PITCHES], index);
-        let (sin, cos) = angle_rad.sin_cos();
+        let sin = self.leaf_rad.sin() * swing_of(self.leaf_turns[index % PITCHES], index);
+        let cos = (1.0 - sin * sin).sqrt();
         let normal = rest.half_u.cross(&rest.half_v);
         Leaf {
             center: rest.center + shift,
@@ -259,9 +270,9 @@ pub fn shoot_direction(shoot: usize) -> Vector3<f64> {
     Vector3::new(level * cos, level * sin, up)
 }
 
-/// Deflection of member `number` of a family that shares a phase, in [-1, 1].
+/// Deflection of member `number` of a family that shares a phase in [0, 1): in [-1, 1].
 pub fn swing_of(turns: f64, number: usize) -> f64 {
-    (TAU * (turns + own_turns(number))).sin()
+    sine(turns + own_turns(number))
 }
 
 /// By how many turns member `number` of a family is ahead of the shared phase, in [0, 1).
@@ -269,28 +280,26 @@ pub fn own_turns(number: usize) -> f64 {
     (number as f64 * GOLDEN_TURNS).fract()
 }
 
-fn bending(speed_mps: f64) -> f64 {
-    (speed_mps / SPEED_MPS_NAMED).powf(BENDING_POWER)
-}
-
-fn flutter(speed_mps: f64) -> f64 {
-    LEAF_RAD * (speed_mps / SPEED_MPS_NAMED).powf(FLUTTER_POWER).min(1.0)
-}
-
-/// The trunk's lean after the limb's turn, world to world.
-fn bent(hinge: &Hinge, top_m: Vector2<f64>, turn: Vector3<f64>) -> Affine3<f64> {
-    let rotation = UnitQuaternion::from_scaled_axis(turn);
-    let fork = hinge.fork;
-    let mut matrix = rotation.to_homogeneous();
-    let shift = fork.coords - rotation * fork.coords;
-    matrix.fixed_view_mut::<3, 1>(0, 3).copy_from(&shift);
+/// From the plant's frame to the world: the trunk's lean after the limb's turn about its fork. The turn is Cayley's map of
+/// the vector, a rotation by twice the arc tangent of half its length.
+fn bent(plant: &Plant, top_m: Vector2<f64>, turn: Vector3<f64>) -> Affine3<f64> {
+    let hinge = &plant.hinge;
+    let rotation = UnitQuaternion::new_normalize(Quaternion::from_parts(1.0, 0.5 * turn));
+    let rest = &plant.world_from_plant;
+    let turned: Matrix3<f64> = (rotation * rest.isometry.rotation).to_rotation_matrix().into_inner();
+    let place = hinge.fork.coords + rotation * (rest.isometry.translation.vector - hinge.fork.coords);
+    let mut map = Affine3::identity();
     let share = (hinge.height_m - STILL_BELOW_M).max(STILL_BELOW_M).recip();
-    let mut lean = Matrix4::identity();
-    for axis in 0..2 {
-        lean[(axis, 2)] = top_m[axis] * share;
-        lean[(axis, 3)] = -top_m[axis] * share * (hinge.foot.z + STILL_BELOW_M);
+    let above_m = place.z - hinge.foot.z - STILL_BELOW_M;
+    for row in 0..3 {
+        let lean = if row < 2 { top_m[row] * share } else { 0.0 };
+        for column in 0..3 {
+            map.matrix_mut_unchecked()[(row, column)] =
+                rest.scaling() * (turned[(row, column)] + lean * turned[(2, column)]);
+        }
+        map.matrix_mut_unchecked()[(row, 3)] = place[row] + lean * above_m;
     }
-    Affine3::from_matrix_unchecked(lean * matrix)
+    map
 }
 
 impl Modes {
@@ -304,49 +313,4 @@ impl Modes {
             leaves: std::array::from_fn(|_| Swing::draw(LEAF_HZ, &mut limb)),
         }
     }
-}
-
-impl Swing {
-    fn draw([low_hz, high_hz]: [f64; 2], draws: &mut arborloop_base::Draws) -> Self {
-        Swing { frequency_hz: draws.within(low_hz, high_hz), phase_turns: draws.unit() }
-    }
-
-    fn turns(&self, seconds: f64) -> f64 {
-        (self.frequency_hz * seconds + self.phase_turns).rem_euclid(1.0)
-    }
-
-    fn at(&self, seconds: f64) -> f64 {
-        (TAU * self.turns(seconds)).sin()
-    }
-}
-
-/// A periodic record of speeds whose fluctuation has Kaimal's spectrum, `S(n) ~ 1 / (1 + 10 n)^(5/3)` with
-/// `n = f z / U`, between 0.01 and 1 Hz.
-fn gusts(spec: &WindSpec, stream: Stream) -> Vec<f64> {
-    let length_s = GUST_STEP_S * GUST_STEPS as f64;
-    // Height over mean speed of the reduced frequency: 10 m eddies.
-    let eddy_s = 10.0 / spec.mean_mps;
-    let mut sines: Vec<(f64, f64, f64)> = (0..GUSTS)
-        .map(|index| {
-            let mut draws = stream.at(index);
-            let frequency_hz = 0.01 * 100.0_f64.powf((index as f64 + draws.unit()) / GUSTS as f64);
-            // A whole number of periods in the record, so that it closes on itself.
-            let periods = (frequency_hz * length_s).round().max(1.0);
-            let frequency_hz = periods / length_s;
-            // On a logarithmic axis each sine stands for f S(f).
-            let power = frequency_hz / (1.0 + 10.0 * frequency_hz * eddy_s).powf(5.0 / 3.0);
-            (periods, power.sqrt(), draws.unit())
-        })
-        .collect();
-    let variance: f64 = sines.iter().map(|(_, amplitude, _)| amplitude * amplitude / 2.0).sum();
-    let scale = spec.gust_ratio / variance.sqrt();
-    sines.iter_mut().for_each(|(_, amplitude, _)| *amplitude *= scale);
-    (0..GUST_STEPS)
-        .map(|step| {
-            let share = step as f64 / GUST_STEPS as f64;
-            let gust: f64 =
-                sines.iter().map(|(n, amplitude, phase)| amplitude * (TAU * (n * share + phase)).sin()).sum();
-            (spec.mean_mps * (1.0 + gust)).clamp(0.0, SPEED_MPS_MAX)
-        })
-        .collect()
 }

@@ -1,7 +1,7 @@
 //! The wind's laws: how fast it blows, how far and how quickly each scale of a plant gives way, and what stays put.
 
 use arborloop_base::Seed;
-use arborloop_worlds::wind::{LEAVES_PER_SHOOT, STILL_BELOW_M, shoot_direction, swing_of};
+use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT, STILL_BELOW_M, shoot_direction, swing_of};
 use arborloop_worlds::{Sway, TerrainSpec, WindSpec, World, WorldSpec, build};
 use nalgebra::Vector3;
 
@@ -30,10 +30,10 @@ fn still_air_moves_nothing_at_all() {
             assert_eq!(sway.leaf(number, leaf), *leaf);
         }
     }
-    assert_eq!(
-        world.wind.shoot_m_max() + world.wind.leaf_rad_max() + world.wind.speed_mps(1.0, 2.0, 3.0),
-        0.0
-    );
+    let drift = world.wind.drift_max(&world.plants[0]);
+    assert_eq!(drift, Drift { plant_m: 0.0, shoot_m: 0.0, leaf_rad: 0.0 });
+    assert_eq!(drift, world.wind.drift_between(&world.plants[0], 3.0, 4.0));
+    assert_eq!(world.wind.speed_mps(1.0, 2.0, 3.0), 0.0);
 }
 
 #[test]
@@ -90,17 +90,19 @@ fn no_point_ever_drifts_farther_than_the_bound_that_boxes_are_built_with() {
         let world = breezy(mean_mps);
         let mut shares = Vec::new();
         for (index, plant) in world.plants.iter().enumerate() {
-            let bound_m = world.wind.drift_m_max(plant);
+            let ever = world.wind.drift_max(plant);
             let scale = plant.world_from_plant.scaling();
             for t in seconds(400, 0.31) {
                 let sway = world.wind.sway(index, plant, t);
-                assert!(sway.shoot_m * scale <= world.wind.shoot_m_max() + 1e-12);
-                assert!(sway.leaf_rad <= world.wind.leaf_rad_max() + 1e-12);
+                let now = world.wind.drift_between(plant, t - 0.02, t + 0.03);
+                assert!(sway.shoot_m * scale <= now.shoot_m + 1e-12 && now.shoot_m <= ever.shoot_m);
+                assert!(sway.leaf_rad <= now.leaf_rad + 1e-12 && now.leaf_rad <= ever.leaf_rad);
+                assert!(now.plant_m <= ever.plant_m);
                 for leaf in world.prototypes[plant.prototype].leaves.iter().step_by(97) {
                     let rest = plant.world_from_plant * leaf.center;
                     let moved = (sway.world_from_plant * leaf.center - rest).norm();
-                    assert!(moved <= bound_m, "{moved} of {bound_m}");
-                    shares.push(moved / bound_m);
+                    assert!(moved <= now.plant_m + 1e-12, "{moved} of {now:?}");
+                    shares.push(moved / ever.plant_m);
                 }
             }
         }

@@ -53,6 +53,8 @@ pub(crate) enum Air {
     Still,
     /// Each tree sways as one, its shoots and leaves flutter.
     Wind,
+    /// Each tree is a trunk and twelve limbs, in still air.
+    StillLimbs,
     /// Each tree is a trunk and twelve limbs that sway on their own.
     Limbs,
 }
@@ -62,15 +64,25 @@ impl Air {
         match name {
             "off" => Ok(Air::Still),
             "on" => Ok(Air::Wind),
+            "still-limbs" => Ok(Air::StillLimbs),
             "limbs" => Ok(Air::Limbs),
-            other => Err(format!("--wind is off, on or limbs, not {other}")),
+            other => Err(format!("--wind is off, on, still-limbs or limbs, not {other}")),
         }
+    }
+
+    fn has_limbs(self) -> bool {
+        matches!(self, Air::StillLimbs | Air::Limbs)
+    }
+
+    fn is_still(self) -> bool {
+        matches!(self, Air::Still | Air::StillLimbs)
     }
 
     pub(crate) fn named_as(self) -> &'static str {
         match self {
             Air::Still => "still air",
             Air::Wind => "wind of 4 m/s",
+            Air::StillLimbs => "still air, twelve limbs a tree",
             Air::Limbs => "wind, twelve limbs a tree",
         }
     }
@@ -126,7 +138,7 @@ pub(crate) fn orchard(size: Size, air: Air) -> Orchard {
         bark_reflectivity_ratio: 0.3,
     };
     for leaves in &trees {
-        if air == Air::Limbs {
+        if air.has_limbs() {
             world.prototypes.push(of(trunk()));
             world.prototypes.extend(limbs(leaves).into_iter().map(of));
         } else {
@@ -145,7 +157,7 @@ pub(crate) fn orchard(size: Size, air: Air) -> Orchard {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), draws.within(0.0, TAU));
         let scale = draws.within(0.9, 1.1);
         let world_from_plant = Similarity3::from_parts(foot.coords.into(), turn, scale);
-        let parts = if air == Air::Limbs { LIMBS + 1 } else { 1 };
+        let parts = if air.has_limbs() { LIMBS + 1 } else { 1 };
         for part in 0..parts {
             world.plants.push(Plant {
                 prototype: tree % PROTOTYPES * parts + part,
@@ -160,7 +172,7 @@ pub(crate) fn orchard(size: Size, air: Air) -> Orchard {
             });
         }
     }
-    let mean_mps = if air == Air::Still { 0.0 } else { 4.0 };
+    let mean_mps = if air.is_still() { 0.0 } else { 4.0 };
     world.wind = Wind::new(&WindSpec { mean_mps, ..WindSpec::default() }, &world.plants, seed);
     Orchard { world, rows, in_row }
 }

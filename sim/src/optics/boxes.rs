@@ -42,10 +42,15 @@ impl Aabb {
         if self.low.x > self.high.x {
             return Aabb::empty();
         }
-        Aabb::around((0..8).map(|corner| {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { self.low[axis] } else { self.high[axis] };
-            map(Point3::new(pick(0), pick(1), pick(2)))
-        }))
+        Aabb::around(self.corners().map(map))
+    }
+
+    pub(super) fn corners(&self) -> impl Iterator<Item = Point3<f64>> + use<> {
+        let Aabb { low, high } = *self;
+        (0..8).map(move |corner| {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            Point3::new(pick(0), pick(1), pick(2))
+        })
     }
 
     /// Whether it holds something and every number is finite.

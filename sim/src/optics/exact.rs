@@ -8,10 +8,8 @@ use super::soil::Soil;
 use super::trace::{Between, Map, Scene, Seen, Surface};
 use super::{Hit, Ray, surface};
 use arborloop_base::Class;
-use arborloop_worlds::wind::{LEAVES_PER_SHOOT, own_turns};
 use arborloop_worlds::{Frustum, Leaf, World};
 use nalgebra::{Point3, Vector3};
-use std::f64::consts::TAU;
 
 /// Leaves near 905 nm let through 42 to 50 % (Helios spectral library: grape, almond).
 pub(super) const LEAF_TRANSMITTANCE_RATIO: f64 = 0.44;
@@ -74,8 +72,7 @@ pub(super) fn on_plant(
     let (leaf, (range_m, cos_incidence, rest)) = match seen.surface {
         Surface::Leaf { leaf: index, .. } => {
             let rest = &prototype.leaves[index];
-            let direct = |shoot: usize| scene.shoot_direction(plant, shoot);
-            let now = moment.map_or(*rest, |moment| leaf_now(moment, index, rest, direct));
+            let now = moment.map_or(*rest, |moment| scene.leaf_at(plant, index, rest, moment));
             (true, on_leaf(rest, &now, &origin, &direction, seen, moment.is_some()))
         }
         Surface::Branch { branch, .. } => {
@@ -152,65 +149,4 @@ fn on_leaf(
 
 fn cos_incidence(normal: &Vector3<f64>, direction: &Vector3<f64>) -> f64 {
     (normal.dot(direction).abs() / (normal.norm_squared() * direction.norm_squared()).sqrt()).min(1.0)
-}
-
-/// Where a prototype's leaf is, plant frame; see [`arborloop_worlds::Sway::leaf`], which this repeats without calls of the
-/// library's sines, to a ten-billionth. `direction` is the line along which a shoot moves.
-#[inline(always)]
-fn leaf_now(moment: &Between, index: usize, rest: &Leaf, direction: impl Fn(usize) -> Vector3<f64>) -> Leaf {
-    let shoot = index / LEAVES_PER_SHOOT;
-    let (shoot_m, turns) = moment.shoots(shoot % 4);
-    let shift_m = shoot_m * sin_of_turns(turns + own_turns(shoot));
-    let (leaf_rad, turns) = moment.leaves(index % 4);
-    let (sin, cos) = sin_cos_of_small(leaf_rad * sin_of_turns(turns + own_turns(index)));
-    let normal = rest.half_u.cross(&rest.half_v);
-    Leaf {
-        center: rest.center + direction(shoot) * shift_m,
-        half_u: rest.half_u,
-        half_v: rest.half_v * cos + normal * (sin / rest.half_u.norm().max(f64::MIN_POSITIVE)),
-    }
-}
-
-/// Sine of an angle in turns, within 1e-10: Taylor's series up to the fifteenth power on a quarter turn.
-#[inline(always)]
-fn sin_of_turns(turns: f64) -> f64 {
-    let share = turns - (turns as i64) as f64;
-    let share = if share > 0.5 { share - 1.0 } else { share };
-    let x = TAU * (0.25 - (share.abs() - 0.25).abs());
-    let square = x * x;
-    let mut series = -1.0 / 1_307_674_368_000.0;
-    for term in [6_227_020_800.0, -39_916_800.0, 362_880.0, -5040.0, 120.0, -6.0, 1.0] {
-        series = series * square + 1.0 / term;
-    }
-    (series * x).copysign(share)
-}
-
-/// Sine and cosine of an angle below 0.6 rad, within 1e-10.
-#[inline(always)]
-fn sin_cos_of_small(x: f64) -> (f64, f64) {
-    let square = x * x;
-    let (mut sin, mut cos) = (-1.0 / 39_916_800.0, -1.0 / 3_628_800.0);
-    for term in [362_880.0, -5040.0, 120.0, -6.0, 1.0] {
-        sin = sin * square + 1.0 / term;
-    }
-    for term in [40_320.0, -720.0, 24.0, -2.0, 1.0] {
-        cos = cos * square + 1.0 / term;
-    }
-    (sin * x, cos)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn series_agree_with_the_library_s_sines() {
-        for step in 0..8000 {
-            let turns = f64::from(step) / 4000.0;
-            assert!((sin_of_turns(turns) - (TAU * turns).sin()).abs() < 1e-10, "{turns}");
-            let small = 0.6 * (turns - 1.0);
-            let (sin, cos) = sin_cos_of_small(small);
-            assert!((sin - small.sin()).abs() < 1e-10 && (cos - small.cos()).abs() < 1e-10, "{small}");
-        }
-    }
 }

@@ -34,7 +34,7 @@ impl Mist {
             let own = haze.iter().fold(Aabb::empty(), |all, one| {
                 all.with(&Aabb { low: one.center - one.half_size, high: one.center + one.half_size })
             });
-            let room_m = if world.wind.blows() { world.wind.drift_m_max(plant) } else { 0.0 };
+            let room_m = if world.wind.blows() { world.wind.drift_max(plant).plant_m } else { 0.0 };
             let bounds = own.transformed(|corner| plant.world_from_plant * corner);
             plants.push(Hazy { index, bounds: bounds.grown(&Vector3::repeat(room_m)) });
         }

@@ -21,14 +21,15 @@ use super::boxes::Aabb;
 use super::soil::Facet;
 use super::{Ray, surface};
 use arborloop_base::Time;
-use arborloop_worlds::{Plant, Prototype, World};
+use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT};
+use arborloop_worlds::{Leaf, Plant, Prototype, World};
 use ground::Soil;
 use moment::Knots;
 pub(super) use moment::{Between, Map};
 use nalgebra::{Affine3, Point3, Similarity3, Vector3};
 use node::{Child, Node};
 use pole::Pole;
-use shoot::{Flutter, Shoot};
+use shoot::Shoot;
 pub use simd::InstructionSet;
 use walk::Pending;
 
@@ -61,6 +62,8 @@ struct Standing {
     prototype: u32,
     plant_from_world: Map,
     world_from_plant: Map,
+    /// Around all of it, seen from the scene's center.
+    resting: Aabb,
 }
 
 /// A prototype.
@@ -69,8 +72,6 @@ struct Grown {
     nodes: Vec<Node>,
     shoots: Vec<Shoot>,
     branches: Vec<Pole>,
-    /// Around everything at rest, plant frame.
-    bounds: Aabb,
     /// No leaf reaches farther than this from its `half_u`, meters.
     half_v_m_max: f32,
 }
@@ -79,20 +80,7 @@ struct Grown {
 #[derive(Debug)]
 pub(super) struct Worker {
     knots: Knots,
-    placed: Vec<Placed>,
     stack: Vec<Pending>,
-}
-
-/// The tracer looks at swaying plants in the middle of ticks this long, so that the packets of sixteen firing cycles,
-/// 0.9 ms, share what they look at. At 1 m/s a silhouette is off by 0.25 mm.
-const TICK_NS: i64 = 500_000;
-
-/// A swaying plant at the tick that was last asked for.
-#[derive(Debug, Clone)]
-struct Placed {
-    tick: i64,
-    map: Map,
-    flutter: Flutter,
 }
 
 /// A surface that a beam meets.
@@ -127,27 +115,33 @@ impl Scene {
         let bounds = world.terrain.bounds();
         let middle = nalgebra::center(&bounds.low, &bounds.high);
         let center = Point3::new(middle.x, middle.y, 0.0);
-        let grown: Vec<Grown> = world.prototypes.iter().map(Grown::new).collect();
-        let soil = Soil::new(&world.terrain, &center);
-        let (mut boxes, mut children) = soil.tiles(TILE);
+        let (grown, corners): (Vec<Grown>, Vec<Vec<Point3<f64>>>) =
+            world.prototypes.iter().map(Grown::new).unzip();
+        let mut scene = Scene {
+            isa: InstructionSet::widest(),
+            center,
+            top: Vec::new(),
+            soil: Soil::new(&world.terrain, &center),
+            solids: world.solids.iter().map(|solid| Pole::new(&solid.shape, &center)).collect(),
+            plants: world
+                .plants
+                .iter()
+                .map(|plant| Standing::new(plant, &corners[plant.prototype], &center))
+                .collect(),
+            grown,
+        };
+        let (mut boxes, mut children) = scene.soil.tiles(TILE);
         for (index, solid) in world.solids.iter().enumerate() {
             let bounds = surface::frustum_bounds(&solid.shape);
             boxes.push(bounds.transformed(|corner| Point3::from(corner - center)));
             children.push(Child::new(SOLID, index));
         }
         for (index, plant) in world.plants.iter().enumerate() {
-            boxes.push(reach(world, plant, &grown[plant.prototype], &center));
+            boxes.push(scene.filled(plant, index, &world.wind.drift_max(plant)));
             children.push(Child::new(PLANT, index));
         }
-        Scene {
-            isa: InstructionSet::widest(),
-            center,
-            top: node::tree(&boxes, &children),
-            soil,
-            solids: world.solids.iter().map(|solid| Pole::new(&solid.shape, &center)).collect(),
-            plants: world.plants.iter().map(Standing::new).collect(),
-            grown,
-        }
+        scene.top = node::tree(&boxes, &children);
+        scene
     }
 
     pub(super) fn set_instruction_set(&mut self, isa: InstructionSet) {
@@ -155,13 +149,7 @@ impl Scene {
     }
 
     pub(super) fn worker(&self, world: &World) -> Worker {
-        let never = |plant: &Standing| Placed {
-            tick: i64::MIN,
-            map: plant.plant_from_world,
-            flutter: Flutter::new::<lanes::Portable>(0.0, [0.0; 4], 0.0, [0.0; 4]),
-        };
-        let placed = if world.wind.blows() { self.plants.iter().map(never).collect() } else { Vec::new() };
-        Worker { knots: Knots::new(&world.wind, &world.plants), placed, stack: Vec::with_capacity(256) }
+        Worker { knots: Knots::new(world), stack: Vec::with_capacity(256) }
     }
 
     /// What each ray meets first, in order; `found` is as long as `rays`.
@@ -185,7 +173,7 @@ impl Scene {
         stamp: Time,
         worker: &'a mut Worker,
     ) -> Between<'a> {
-        worker.knots.at(&world.wind, &world.plants, index, stamp)
+        worker.knots.at(world, index, stamp)
     }
 
     /// From the world to a plant at an instant.
@@ -202,10 +190,20 @@ impl Scene {
         }
     }
 
-    /// The line along which a shoot of a plant moves, plant frame.
-    pub(super) fn shoot_direction(&self, plant: usize, shoot: usize) -> Vector3<f64> {
+    /// Where a leaf of a plant's prototype is at an instant, plant frame: see [`arborloop_worlds::Sway::leaf`], which this
+    /// repeats from sines that are known, to ten micrometers.
+    #[inline(always)]
+    pub(super) fn leaf_at(&self, plant: usize, leaf: usize, rest: &Leaf, moment: &Between) -> Leaf {
         let grown = &self.grown[self.plants[plant].prototype as usize];
-        Vector3::from(grown.shoots[shoot].direction).cast()
+        grown.shoots[leaf / LEAVES_PER_SHOOT].leaf_at(leaf, rest, moment)
+    }
+
+    /// The box of all that a plant fills while it drifts no farther than this, seen from the scene's center.
+    fn filled(&self, plant: &Plant, index: usize, drift: &Drift) -> Aabb {
+        let standing = &self.plants[index];
+        let leaf_m = f64::from(self.grown[plant.prototype].half_v_m_max) * 2.0 * (0.5 * drift.leaf_rad).sin();
+        let room_m = drift.plant_m + drift.shoot_m + leaf_m * plant.world_from_plant.scaling();
+        standing.resting.grown(&Vector3::repeat(room_m))
     }
 
     /// From a resting plant's frame to the world.
@@ -229,29 +227,23 @@ impl Scene {
     }
 }
 
-/// The box of all that a plant ever fills, seen from the scene's center.
-fn reach(world: &World, plant: &Plant, grown: &Grown, center: &Point3<f64>) -> Aabb {
-    let wind = &world.wind;
-    let leaf_m = f64::from(grown.half_v_m_max) * 2.0 * (0.5 * wind.leaf_rad_max()).sin();
-    let room_m = wind.drift_m_max(plant) + wind.shoot_m_max() + leaf_m * plant.world_from_plant.scaling();
-    let room_m = if wind.blows() { room_m } else { 0.0 };
-    let standing = grown.bounds.transformed(|corner| Point3::from(plant.world_from_plant * corner - center));
-    standing.grown(&Vector3::repeat(room_m))
-}
-
 impl Standing {
-    fn new(plant: &Plant) -> Self {
+    fn new(plant: &Plant, corners: &[Point3<f64>], center: &Point3<f64>) -> Self {
         let map = |pose: &Similarity3<f64>| Map::new(&Affine3::from_matrix_unchecked(pose.to_homogeneous()));
         Standing {
             prototype: plant.prototype as u32,
             plant_from_world: map(&plant.world_from_plant.inverse()),
             world_from_plant: map(&plant.world_from_plant),
+            resting: Aabb::around(
+                corners.iter().map(|corner| plant.world_from_plant * corner - center.coords),
+            ),
         }
     }
 }
 
 impl Grown {
-    fn new(prototype: &Prototype) -> Self {
+    /// With the corners of the boxes of everything at rest, plant frame.
+    fn new(prototype: &Prototype) -> (Self, Vec<Point3<f64>>) {
         let (shoots, mut boxes) = shoot::shoots(&prototype.leaves);
         let mut children: Vec<Child> = (0..shoots.len()).map(|index| Child::new(SHOOT, index)).collect();
         for (index, branch) in prototype.branches.iter().enumerate() {
@@ -265,13 +257,14 @@ impl Grown {
             }
         }
         let half_v_m = prototype.leaves.iter().map(|leaf| leaf.half_v.norm());
-        Grown {
-            bounds: boxes.iter().filter(|one| one.is_real()).fold(Aabb::empty(), |all, one| all.with(one)),
+        let corners = boxes.iter().filter(|one| one.is_real()).flat_map(Aabb::corners).collect();
+        let grown = Grown {
             nodes: node::tree(&boxes, &children),
             shoots,
             branches: prototype.branches.iter().map(|branch| Pole::new(branch, &Point3::origin())).collect(),
             half_v_m_max: half_v_m.fold(0.0, f64::max) as f32,
-        }
+        };
+        (grown, corners)
     }
 }
 

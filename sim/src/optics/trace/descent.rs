@@ -5,9 +5,7 @@ use super::moment::Knots;
 use super::node::Child;
 use super::shoot::Flutter;
 use super::walk::{self, Beams, Met, Nearest, Pending, Visit};
-use super::{
-    Found, Grown, MARGIN_M, PLANT, Placed, SHOOT, SOLID, Scene, Surface, TICK_NS, TILE, Worker, packet, simd,
-};
+use super::{Found, Grown, MARGIN_M, PLANT, SHOOT, SOLID, Scene, Surface, TILE, Worker, packet, simd};
 use crate::optics::Ray;
 use arborloop_base::Time;
 use arborloop_worlds::World;
@@ -36,7 +34,7 @@ impl simd::Job for Tracing<'_> {
             let origin = packet.origin - self.scene.center;
             let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
             let beams = Beams::<I>::new(origin, wide.direction, wide.mask);
-            let Worker { knots, placed, stack } = &mut *self.worker;
+            let Worker { knots, stack } = &mut *self.worker;
             let mut visit = InWorld {
                 scene: self.scene,
                 world: self.world,
@@ -44,7 +42,6 @@ impl simd::Job for Tracing<'_> {
                 stamp: packet.stamp,
                 beams: &beams,
                 knots,
-                placed,
             };
             walk::walk(&self.scene.top, &beams, wide.mask, MARGIN_M, &mut nearest, stack, &mut visit);
             let mut ranges = [0.0_f32; packet::GROUP];
@@ -85,7 +82,6 @@ struct InWorld<'a, I: Isa> {
     stamp: Time,
     beams: &'a Beams<I>,
     knots: &'a mut Knots,
-    placed: &'a mut [Placed],
 }
 
 impl<I: Isa> Visit<I> for InWorld<'_, I> {
@@ -106,6 +102,9 @@ impl<I: Isa> Visit<I> for InWorld<'_, I> {
     fn foresee(&self, child: Child) {
         if child.kind() == PLANT {
             simd::prefetch(&self.scene.plants[child.index()]);
+            if self.world.wind.blows() {
+                self.knots.foresee(child.index());
+            }
         }
     }
 }
@@ -117,13 +116,19 @@ impl<I: Isa> InWorld<'_, I> {
         let (scene, all, packet_origin) = (self.scene, self.beams, self.packet_origin);
         let standing = &scene.plants[index];
         let grown = &scene.grown[standing.prototype as usize];
+        let mut mask = mask;
         let (map, flutter) = if self.world.wind.blows() {
-            let placed = self.place(index);
-            (&placed.map, Some(&placed.flutter))
+            let room = self.knots.room(scene, self.world, index, self.stamp);
+            mask = all.entering(&room.low, &room.high, mask, nearest);
+            if mask == 0 {
+                return;
+            }
+            let moment = self.knots.near(self.world, index, self.stamp);
+            (&moment.plant_from_world, Some(&moment.flutter))
         } else {
             (&standing.plant_from_world, None)
         };
-        let moves_m = flutter.map_or(0.0, |flutter| flutter.shoot_m + flutter.leaf_rad * grown.half_v_m_max);
+        let moves_m = flutter.map_or(0.0, |flutter| flutter.moves_m(grown.half_v_m_max));
         let origin = map.point(&packet_origin);
         let mut direction = all.direction;
         let mut axis = 0;
@@ -140,29 +145,6 @@ impl<I: Isa> InWorld<'_, I> {
         let beams = Beams::<I>::new(origin, direction, mask);
         let mut visit = InPlant { grown, place: index as u32, flutter, beams: &beams };
         walk::walk(&grown.nodes, &beams, mask, MARGIN_M + moves_m, nearest, stack, &mut visit);
-    }
-}
-
-impl<I: Isa> InWorld<'_, I> {
-    /// Where a swaying plant is at the packet's tick; made once a tick.
-    #[inline(always)]
-    fn place(&mut self, index: usize) -> &Placed {
-        let tick = self.stamp.nanos().div_euclid(TICK_NS);
-        if self.placed[index].tick != tick {
-            let stamp = Time::from_nanos(tick * TICK_NS + TICK_NS / 2);
-            let moment = self.knots.at(&self.world.wind, &self.world.plants, index, stamp);
-            let (mut shoots, mut leaves) = ([0.0; 4], [0.0; 4]);
-            let mut pitch = 0;
-            while pitch < 4 {
-                shoots[pitch] = moment.shoots(pitch).1 as f32;
-                leaves[pitch] = moment.leaves(pitch).1 as f32;
-                pitch += 1;
-            }
-            let (shoot_m, leaf_rad) = (moment.shoots(0).0 as f32, moment.leaves(0).0 as f32);
-            let flutter = Flutter::new::<I>(shoot_m, shoots, leaf_rad, leaves);
-            self.placed[index] = Placed { tick, map: moment.plant_from_world(), flutter };
-        }
-        &self.placed[index]
     }
 }
 

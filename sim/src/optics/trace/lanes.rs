@@ -23,8 +23,6 @@ pub(super) trait Lanes<const N: usize>: Copy {
     fn max(self, other: Self) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
-    /// To the nearest whole number, halves to the even one.
-    fn round(self) -> Self;
     /// One bit per lane; false where either is NaN.
     fn lt(self, other: Self) -> u32;
     /// One bit per lane; false where either is NaN.
@@ -131,10 +129,6 @@ impl<const N: usize> Lanes<N> for [f32; N] {
     #[inline(always)]
     fn sqrt(self) -> Self {
         each!(N, i => self[i].sqrt())
-    }
-    #[inline(always)]
-    fn round(self) -> Self {
-        each!(N, i => self[i].round_ties_even())
     }
     #[inline(always)]
     fn lt(self, other: Self) -> u32 {

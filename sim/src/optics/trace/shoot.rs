@@ -3,10 +3,12 @@
 use super::super::boxes::Aabb;
 use super::super::surface;
 use super::lanes::{Isa, Lanes};
+use super::moment::Between;
 use super::patch::{self, Eight, Outline};
 use super::walk::{Beams, Met, Nearest};
-use arborloop_worlds::Leaf;
 use arborloop_worlds::wind::{LEAVES_PER_SHOOT, own_turns, shoot_direction};
+use arborloop_worlds::{Leaf, Sway};
+use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
 /// Eight leaves, coordinate by coordinate, plant frame. Leaves that are not there are points, which no beam meets.
@@ -17,7 +19,7 @@ pub(super) struct Shoot {
     half_u: [[f32; 8]; 3],
     half_v: [[f32; 8]; 3],
     /// The line along which the wind moves it.
-    pub(super) direction: [f32; 3],
+    direction: [f32; 3],
     /// Sine and cosine of the turns by which it is ahead of its plant's phase, and by which its first leaf is.
     ahead: [f32; 2],
     leaf_ahead: [f32; 2],
@@ -29,10 +31,11 @@ pub(super) struct Shoot {
 /// shoot's own are an addition theorem away.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flutter {
-    /// Plant frame, meters.
+    /// How far shoots shift at most, plant frame, meters.
     pub(super) shoot_m: f32,
-    pub(super) leaf_rad: f32,
-    shoots: [[f32; 8]; 2],
+    /// Sine of the farthest turn of leaves.
+    pub(super) leaf_sin: f32,
+    shoots: [[f32; 4]; 2],
     /// Of the eight leaves of a shoot; their own turns within the shoot are in it.
     leaves: [[f32; 8]; 2],
 }
@@ -50,24 +53,38 @@ const WITHIN: [f32; 8] = {
 };
 
 impl Flutter {
-    /// From the plant's phases, turns.
+    pub(super) fn new(sway: &Sway) -> Self {
+        let mut turns = [0.0_f32; 16];
+        turns[..4].copy_from_slice(&sway.shoot_turns.map(|turns| turns as f32));
+        for leaf in 0..LEAVES_PER_SHOOT {
+            turns[4 + leaf] = sway.leaf_turns[leaf % 4] as f32 + WITHIN[leaf];
+        }
+        let all = [sines(turns), sines(turns.map(|turns| turns + 0.25))];
+        Flutter {
+            shoot_m: sway.shoot_m as f32,
+            leaf_sin: sway.leaf_rad.sin() as f32,
+            shoots: all.map(|[a, b, c, d, ..]| [a, b, c, d]),
+            leaves: all.map(|[_, _, _, _, a, b, c, d, e, f, g, h, ..]| [a, b, c, d, e, f, g, h]),
+        }
+    }
+
+    /// How far a point of a leaf moves at most, plant frame, meters, if no leaf is wider than this. The chord of a turn is
+    /// its sine over the cosine of its half, which is below 1.04 for all turns up to 30 degrees.
+    pub(super) fn moves_m(&self, half_v_m_max: f32) -> f32 {
+        self.shoot_m + 1.04 * self.leaf_sin * half_v_m_max
+    }
+
+    /// How far a shoot is along its line, meters; `ahead` is its own.
     #[inline(always)]
-    pub(super) fn new<I: Isa>(
-        shoot_m: f32,
-        shoot_turns: [f32; 4],
-        leaf_rad: f32,
-        leaf_turns: [f32; 4],
-    ) -> Self {
-        let eight = |[a, b, c, d]: [f32; 4]| [a, b, c, d, a, b, c, d];
-        let quarter = I::Half::splat(0.25);
-        let shoot = I::Half::load(&eight(shoot_turns));
-        let leaf = I::Half::load(&eight(leaf_turns)).add(I::Half::load(&WITHIN));
-        let mut flutter = Flutter { shoot_m, leaf_rad, shoots: [[0.0; 8]; 2], leaves: [[0.0; 8]; 2] };
-        sin_of_turns::<I>(shoot).store(&mut flutter.shoots[0]);
-        sin_of_turns::<I>(shoot.add(quarter)).store(&mut flutter.shoots[1]);
-        sin_of_turns::<I>(leaf).store(&mut flutter.leaves[0]);
-        sin_of_turns::<I>(leaf.add(quarter)).store(&mut flutter.leaves[1]);
-        flutter
+    fn shift_m(&self, shoot: usize, [sin, cos]: [f32; 2]) -> f32 {
+        let [shared_sin, shared_cos] = [self.shoots[0][shoot & 3], self.shoots[1][shoot & 3]];
+        self.shoot_m * (shared_sin * cos + shared_cos * sin)
+    }
+
+    /// The sine of a leaf's turn; `ahead` is its shoot's.
+    #[inline(always)]
+    fn turn_sin(&self, slot: usize, [sin, cos]: [f32; 2]) -> f32 {
+        self.leaf_sin * (self.leaves[0][slot] * cos + self.leaves[1][slot] * sin)
     }
 }
 
@@ -125,9 +142,7 @@ impl Shoot {
         let mut v =
             [I::Half::load(&self.half_v[0]), I::Half::load(&self.half_v[1]), I::Half::load(&self.half_v[2])];
         if let Some(flutter) = flutter {
-            let [sin, cos] = [flutter.shoots[0][index & 3], flutter.shoots[1][index & 3]];
-            let swing = sin.mul_add(self.ahead[1], cos * self.ahead[0]);
-            let shift = I::Half::splat(flutter.shoot_m * swing);
+            let shift = I::Half::splat(flutter.shift_m(index, self.ahead));
             let mut axis = 0;
             while axis < 3 {
                 center[axis] = shift.fma(I::Half::splat(self.direction[axis]), center[axis]);
@@ -144,62 +159,60 @@ impl Shoot {
     fn turned<I: Isa>(&self, u: &Eight<I>, v: &Eight<I>, flutter: &Flutter) -> Eight<I> {
         let [sin, cos] = [I::Half::load(&flutter.leaves[0]), I::Half::load(&flutter.leaves[1])];
         let [ahead_sin, ahead_cos] = self.leaf_ahead;
-        let swing = sin.fma(I::Half::splat(ahead_cos), cos.mul(I::Half::splat(ahead_sin)));
-        let (sin, cos) = sin_cos_of_small::<I>(I::Half::splat(flutter.leaf_rad).mul(swing));
+        let most = flutter.leaf_sin;
+        let sin = sin.fma(I::Half::splat(most * ahead_cos), cos.mul(I::Half::splat(most * ahead_sin)));
+        let cos = sin.nfma(sin, I::Half::splat(1.0)).sqrt();
         let normal = patch::cross::<I>(u, v);
         let share = sin.mul(I::Half::load(&self.inverse_u));
         [
-            v[0].fma(cos, normal[0].mul(share)),
-            v[1].fma(cos, normal[1].mul(share)),
-            v[2].fma(cos, normal[2].mul(share)),
+            normal[0].fma(share, v[0].mul(cos)),
+            normal[1].fma(share, v[1].mul(cos)),
+            normal[2].fma(share, v[2].mul(cos)),
         ]
+    }
+
+    /// Where a leaf of this shoot is at an instant; `index` is the leaf's among its prototype's.
+    #[inline(always)]
+    pub(super) fn leaf_at(&self, index: usize, rest: &Leaf, moment: &Between) -> Leaf {
+        let (shoot, slot) = (index / LEAVES_PER_SHOOT, index % LEAVES_PER_SHOOT);
+        let shift_m = moment.of(|flutter| flutter.shift_m(shoot, self.ahead));
+        let sin = moment.of(|flutter| flutter.turn_sin(slot, self.leaf_ahead));
+        let cos = (1.0 - sin * sin).sqrt();
+        let normal = rest.half_u.cross(&rest.half_v);
+        let [x, y, z] = self.direction.map(f64::from);
+        Leaf {
+            center: rest.center + Vector3::new(x, y, z) * shift_m,
+            half_u: rest.half_u,
+            half_v: rest.half_v * cos + normal * (sin * f64::from(self.inverse_u[slot])),
+        }
     }
 }
 
-/// Sine of an angle in turns, within 4e-6: Taylor's series up to the ninth power on a quarter turn.
+/// Sines of angles in turns, within 4e-6: Taylor's series up to the ninth power on a quarter turn.
 #[inline(always)]
-fn sin_of_turns<I: Isa>(turns: I::Half) -> I::Half {
-    let turns = turns.sub(turns.round());
-    let quarter = I::Half::splat(0.25);
-    let folded = quarter.sub(turns.abs().sub(quarter).abs());
-    let x = folded.mul(I::Half::splat(std::f32::consts::TAU));
-    let square = x.mul(x);
-    let series = square.fma(I::Half::splat(1.0 / 362_880.0), I::Half::splat(-1.0 / 5040.0));
-    let series = square.fma(series, I::Half::splat(1.0 / 120.0));
-    let series = square.fma(series, I::Half::splat(-1.0 / 6.0));
-    let sine = square.mul(series).fma(x, x);
-    let backward = turns.lt(I::Half::splat(0.0));
-    I::Half::splat(0.0).sub(sine).keep(backward, sine)
-}
-
-/// Sine and cosine of an angle below 0.6 rad, within 1e-7.
-#[inline(always)]
-fn sin_cos_of_small<I: Isa>(x: I::Half) -> (I::Half, I::Half) {
-    let square = x.mul(x);
-    let series = square.fma(I::Half::splat(-1.0 / 5040.0), I::Half::splat(1.0 / 120.0));
-    let series = square.fma(series, I::Half::splat(-1.0 / 6.0));
-    let sin = square.mul(series).fma(x, x);
-    let series = square.fma(I::Half::splat(1.0 / 40_320.0), I::Half::splat(-1.0 / 720.0));
-    let series = square.fma(series, I::Half::splat(1.0 / 24.0));
-    let series = square.fma(series, I::Half::splat(-0.5));
-    (sin, square.fma(series, I::Half::splat(1.0)))
+fn sines(turns: [f32; 16]) -> [f32; 16] {
+    turns.map(|turns| {
+        let turns = turns - (turns as i32) as f32;
+        let share = if turns > 0.5 { turns - 1.0 } else { turns };
+        let x = std::f32::consts::TAU * (0.25 - (share.abs() - 0.25).abs());
+        let square = x * x;
+        let series = square * (1.0 / 362_880.0) - 1.0 / 5040.0;
+        let series = square * series + 1.0 / 120.0;
+        let series = square * series - 1.0 / 6.0;
+        (square * series * x + x).copysign(share)
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::lanes::Portable;
     use super::*;
 
     #[test]
     fn sines_agree_with_the_library_s() {
-        for step in -4000..4000 {
-            let turns = step as f32 / 1000.0;
-            let found = f64::from(sin_of_turns::<Portable>([turns; 8])[0]);
-            assert!((found - (std::f64::consts::TAU * f64::from(turns)).sin()).abs() < 5e-6, "{turns}");
-            let small = turns * 0.15;
-            let (sin, cos) = sin_cos_of_small::<Portable>([small; 8]);
-            assert!((f64::from(sin[3]) - f64::from(small).sin()).abs() < 2e-7);
-            assert!((f64::from(cos[3]) - f64::from(small).cos()).abs() < 2e-7);
+        for step in 0..9000 {
+            let turns = step as f32 / 4000.0;
+            let found = f64::from(sines([turns; 16])[5]);
+            assert!((found - (TAU * f64::from(turns)).sin()).abs() < 5e-6, "{turns}");
         }
     }
 }

@@ -177,10 +177,6 @@ mod x86 {
             unsafe { Eight(_mm256_sqrt_ps(self.0)) }
         }
         #[inline(always)]
-        fn round(self) -> Self {
-            unsafe { Eight(_mm256_round_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0)) }
-        }
-        #[inline(always)]
         fn lt(self, other: Self) -> u32 {
             unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) as u32 }
         }
@@ -269,7 +265,6 @@ mod x86 {
         both!(max, other);
         both!(abs);
         both!(sqrt);
-        both!(round);
         #[inline(always)]
         fn lt(self, other: Self) -> u32 {
             self.0.lt(other.0) | self.1.lt(other.1) << 8
@@ -344,12 +339,6 @@ mod x86 {
         #[inline(always)]
         fn sqrt(self) -> Self {
             unsafe { Sixteen(_mm512_sqrt_ps(self.0)) }
-        }
-        #[inline(always)]
-        fn round(self) -> Self {
-            unsafe {
-                Sixteen(_mm512_roundscale_ps::<{ _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC }>(self.0))
-            }
         }
         #[inline(always)]
         fn lt(self, other: Self) -> u32 {
