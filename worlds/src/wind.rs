@@ -27,6 +27,8 @@ use swing::{Swing, sine};
 
 /// Leaves that move together: a prototype's leaves `8 k` to `8 k + 7` are its shoot `k`.
 pub const LEAVES_PER_SHOOT: usize = 8;
+/// Leaves this many apart swing in step; those of neighboring shoots do not.
+pub const LEAF_PHASES: usize = 32;
 /// Frequencies that the shoots, and the leaves, of one plant share out among themselves.
 pub const PITCHES: usize = 4;
 /// Below this height above its foot a trunk stands still, meters: lidars of walking robots look at 0.2 to 0.5 m.
@@ -98,6 +100,8 @@ pub struct Hinge {
 pub struct Wind {
     spec: WindSpec,
     toward: Vector2<f64>,
+    /// How gusts are delayed by the way that they have to travel; not used in still air.
+    delay_s_per_m: Vector2<f64>,
     /// The gusts at the origin.
     record: Record,
     /// The most that the record holds.
@@ -125,7 +129,8 @@ pub struct Sway {
     pub shoot_turns: [f64; PITCHES],
     /// How far a leaf turns at most, radians. What swings is the turn's sine.
     pub leaf_rad: f64,
-    /// Phases of the leaves' frequencies, turns in [0, 1); leaf `j` follows entry `j % 4`.
+    /// Phases of the leaves' frequencies, turns in [0, 1); leaf `j` follows entry `j % 4`, ahead by its own turns among
+    /// [`LEAF_PHASES`].
     pub leaf_turns: [f64; PITCHES],
 }
 
@@ -155,7 +160,9 @@ impl Wind {
         } else {
             Vec::new()
         };
-        Wind { spec: spec.clone(), toward: Vector2::new(cos, sin), most: record.most(), record, modes }
+        let toward = Vector2::new(cos, sin);
+        let delay_s_per_m = toward / spec.mean_mps.max(f64::MIN_POSITIVE);
+        Wind { spec: spec.clone(), toward, delay_s_per_m, most: record.most(), record, modes }
     }
 
     /// Whether anything moves at all.
@@ -173,7 +180,7 @@ impl Wind {
 
     /// How much later than at the origin a gust is at a place, in a wind that blows.
     fn delay_s(&self, x: f64, y: f64) -> f64 {
-        (self.toward.x * x + self.toward.y * y) / self.spec.mean_mps
+        self.delay_s_per_m.x * x + self.delay_s_per_m.y * y
     }
 
     /// Where the plant with this index among the world's is at an instant, `seconds` on the simulation's clock.
@@ -250,7 +257,7 @@ impl Sway {
         let shoot = index / LEAVES_PER_SHOOT;
         let shift =
             self.shoot_m * swing_of(self.shoot_turns[shoot % PITCHES], shoot) * shoot_direction(shoot);
-        let sin = self.leaf_rad.sin() * swing_of(self.leaf_turns[index % PITCHES], index);
+        let sin = self.leaf_rad.sin() * swing_of(self.leaf_turns[index % PITCHES], index % LEAF_PHASES);
         let cos = (1.0 - sin * sin).sqrt();
         let normal = rest.half_u.cross(&rest.half_v);
         Leaf {

@@ -2,10 +2,12 @@
 //!
 //! The upper tree stands in the world and holds plants, solids and tiles of soil; below it each prototype has one tree of
 //! shoots and branches, shared by all plants grown from it. Both are built once. A plant that sways is met by turning
-//! the packet into its moved frame, and its shoots' boxes are held to be wider by as much as they move at that moment.
+//! the packet into its moved frame, and the boxes in it are moved and held wider as the wind has it at that moment.
 //! What is met, and nothing else, is decided here; distances come from [`super::exact`].
 
 mod descent;
+mod ease;
+mod flutter;
 mod ground;
 mod lanes;
 mod moment;
@@ -23,6 +25,7 @@ use super::{Ray, surface};
 use arborloop_base::Time;
 use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT};
 use arborloop_worlds::{Leaf, Plant, Prototype, World};
+use ease::Mobility;
 use ground::Soil;
 use moment::Knots;
 pub(super) use moment::{Between, Map};
@@ -70,6 +73,8 @@ struct Standing {
 #[derive(Debug)]
 struct Grown {
     nodes: Vec<Node>,
+    /// One for each node.
+    mobility: Vec<Mobility>,
     shoots: Vec<Shoot>,
     branches: Vec<Pole>,
     /// No leaf reaches farther than this from its `half_u`, meters.
@@ -221,7 +226,7 @@ impl Scene {
         fn of<T>(all: &Vec<T>) -> usize {
             all.capacity() * size_of::<T>()
         }
-        let grown = |one: &Grown| of(&one.nodes) + of(&one.shoots) + of(&one.branches);
+        let grown = |one: &Grown| of(&one.nodes) + of(&one.mobility) + of(&one.shoots) + of(&one.branches);
         let shared: usize = self.grown.iter().map(grown).sum();
         of(&self.top) + self.soil.bytes() + of(&self.solids) + of(&self.plants) + shared
     }
@@ -257,12 +262,16 @@ impl Grown {
             }
         }
         let half_v_m = prototype.leaves.iter().map(|leaf| leaf.half_v.norm());
+        let half_v_m_max = half_v_m.fold(1e-9, f64::max) as f32;
+        let nodes = node::tree(&boxes, &children);
+        let mobility = |node: &Node| Mobility::new(node, &shoots, &prototype.leaves, half_v_m_max);
         let corners = boxes.iter().filter(|one| one.is_real()).flat_map(Aabb::corners).collect();
         let grown = Grown {
-            nodes: node::tree(&boxes, &children),
+            mobility: nodes.iter().map(mobility).collect(),
+            nodes,
             shoots,
             branches: prototype.branches.iter().map(|branch| Pole::new(branch, &Point3::origin())).collect(),
-            half_v_m_max: half_v_m.fold(0.0, f64::max) as f32,
+            half_v_m_max,
         };
         (grown, corners)
     }

@@ -1,5 +1,6 @@
 //! Gusts: a record of the wind that begins anew, and how far plants give way at each of its entries.
 
+use super::swing::floor;
 use super::{GUST_STEP_S, GUST_STEPS, WindSpec};
 use arborloop_base::Stream;
 use std::f64::consts::TAU;
@@ -49,9 +50,9 @@ impl Gust {
 }
 
 impl Record {
-    /// Still air.
+    /// Still air: no entry, and nobody asks for one.
     pub(super) fn still() -> Self {
-        Record(vec![Gust::default()])
+        Record(Vec::new())
     }
 
     /// A periodic record of speeds whose fluctuation has Kaimal's spectrum, `S(n) ~ 1 / (1 + 10 n)^(5/3)` with
@@ -109,13 +110,13 @@ impl Record {
     }
 
     fn entry(&self, step: i64) -> Gust {
-        self.0[step.rem_euclid(self.0.len() as i64) as usize]
+        self.0[step.rem_euclid(GUST_STEPS as i64) as usize]
     }
 }
 
 /// The entry before an instant, and how far on to the next one it is.
 fn place(seconds: f64) -> (i64, f64) {
-    let at = seconds / GUST_STEP_S;
-    let step = at.floor();
-    (step as i64, at - step)
+    let at = seconds * (1.0 / GUST_STEP_S);
+    let step = floor(at);
+    (step, at - step as f64)
 }

@@ -18,7 +18,7 @@ impl Swing {
     /// The phase at an instant, turns in [0, 1).
     pub(super) fn turns(&self, seconds: f64) -> f64 {
         let turns = self.frequency_hz * seconds + self.phase_turns;
-        let share = turns - turns.floor();
+        let share = turns - floor(turns) as f64;
         // A hair below a whole turn may round up to it.
         if share < 1.0 { share } else { 0.0 }
     }
@@ -29,8 +29,17 @@ impl Swing {
     }
 }
 
+/// The greatest whole number that is not above, for numbers of less than sixty bits. On processors of the first 64-bit
+/// generation the library's is a call.
+#[inline(always)]
+pub(super) fn floor(x: f64) -> i64 {
+    let toward_zero = x as i64;
+    toward_zero - i64::from(toward_zero as f64 > x)
+}
+
 /// Sine of an angle in turns, [0, 2), within 1e-10: Taylor's series up to the fifteenth power on a quarter turn. Several
 /// times faster than the library's, and the same on every system.
+#[inline]
 pub(super) fn sine(turns: f64) -> f64 {
     let share = if turns >= 1.0 { turns - 1.0 } else { turns };
     let share = if share > 0.5 { share - 1.0 } else { share };
@@ -46,6 +55,14 @@ pub(super) fn sine(turns: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_floor_agrees_with_the_library_s() {
+        for step in -400..400 {
+            let x = f64::from(step) / 8.0;
+            assert_eq!(floor(x) as f64, x.floor());
+        }
+    }
 
     #[test]
     fn the_sine_agrees_with_the_library_s() {

@@ -1,11 +1,12 @@
 //! A list of rays on its way down: packets through the upper tree, into each plant's frame, through its own tree.
 
+use super::ease::{AtRest, Swaying};
+use super::flutter::Flutter;
 use super::lanes::{Isa, Lanes};
 use super::moment::Knots;
 use super::node::Child;
-use super::shoot::Flutter;
 use super::walk::{self, Beams, Met, Nearest, Pending, Visit};
-use super::{Found, Grown, MARGIN_M, PLANT, SHOOT, SOLID, Scene, Surface, TILE, Worker, packet, simd};
+use super::{Found, Grown, PLANT, SHOOT, SOLID, Scene, Surface, TILE, Worker, packet, simd};
 use crate::optics::Ray;
 use arborloop_base::Time;
 use arborloop_worlds::World;
@@ -43,7 +44,7 @@ impl simd::Job for Tracing<'_> {
                 beams: &beams,
                 knots,
             };
-            walk::walk(&self.scene.top, &beams, wide.mask, MARGIN_M, &mut nearest, stack, &mut visit);
+            walk::walk(&self.scene.top, &beams, wide.mask, &AtRest, &mut nearest, stack, &mut visit);
             let mut ranges = [0.0_f32; packet::GROUP];
             nearest.range.sub(wide.ahead).store(&mut ranges);
             let mut lane = 0;
@@ -128,7 +129,6 @@ impl<I: Isa> InWorld<'_, I> {
         } else {
             (&standing.plant_from_world, None)
         };
-        let moves_m = flutter.map_or(0.0, |flutter| flutter.moves_m(grown.half_v_m_max));
         let origin = map.point(&packet_origin);
         let mut direction = all.direction;
         let mut axis = 0;
@@ -144,7 +144,14 @@ impl<I: Isa> InWorld<'_, I> {
         let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
         let beams = Beams::<I>::new(origin, direction, mask);
         let mut visit = InPlant { grown, place: index as u32, flutter, beams: &beams };
-        walk::walk(&grown.nodes, &beams, mask, MARGIN_M + moves_m, nearest, stack, &mut visit);
+        match flutter {
+            Some(flutter) => {
+                let (mobility, half_v_m_max) = (grown.mobility.as_slice(), grown.half_v_m_max);
+                let ease = Swaying { mobility, flutter, half_v_m_max };
+                walk::walk(&grown.nodes, &beams, mask, &ease, nearest, stack, &mut visit);
+            }
+            None => walk::walk(&grown.nodes, &beams, mask, &AtRest, nearest, stack, &mut visit),
+        }
     }
 }
 

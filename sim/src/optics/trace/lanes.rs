@@ -36,6 +36,8 @@ pub(super) trait Lanes<const N: usize>: Copy {
 /// Eight numbers that may come from bytes.
 pub(super) trait Bytes: Lanes<8> {
     fn from_bytes(from: &[u8; 8]) -> Self;
+    /// Lane `j` is lane `from[j]` of `self`; the numbers are below eight.
+    fn pick(self, from: &[u8; 8]) -> Self;
 }
 
 /// One way to do it: how wide registers hold sixteen and eight numbers.
@@ -171,6 +173,16 @@ impl Bytes for [f32; 8] {
         let mut lane = 0;
         while lane < 8 {
             out[lane] = f32::from(from[lane]);
+            lane += 1;
+        }
+        out
+    }
+    #[inline(always)]
+    fn pick(self, from: &[u8; 8]) -> Self {
+        let mut out = [0.0; 8];
+        let mut lane = 0;
+        while lane < 8 {
+            out[lane] = self[usize::from(from[lane] & 7)];
             lane += 1;
         }
         out

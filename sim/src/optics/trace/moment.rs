@@ -5,7 +5,7 @@
 //! micrometers. Knots stand at fixed instants, so neither packets nor threads have a say in the result.
 
 use super::super::boxes::Aabb;
-use super::shoot::Flutter;
+use super::flutter::Flutter;
 use super::{MARGIN_M, Scene};
 use arborloop_base::Time;
 use arborloop_worlds::{Plant, Sway, World};
@@ -60,8 +60,8 @@ const KNOT_NS: i64 = 1_000_000;
 const NEVER: i64 = i64::MIN;
 /// Knots of a plant that are remembered: rays of a packet may lie on both sides of one, and each needs two.
 const KEPT: usize = 4;
-/// What a plant may fill is bounded for as many knots at once; one entry of the record of gusts.
-const KNOTS_PER_ROOM: i64 = 40;
+/// What a plant may fill is bounded for as many knots at once; a gust takes seconds to grow.
+const KNOTS_PER_ROOM: i64 = 400;
 
 /// What was last asked for, per plant. One per thread.
 #[derive(Debug)]

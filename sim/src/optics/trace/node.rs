@@ -36,9 +36,12 @@ pub(super) struct Node {
     pub(super) from: [[u8; 8]; 3],
     pub(super) to: [[u8; 8]; 3],
     pub(super) children: [Child; 8],
-    /// One bit for each child that is there.
+    /// One bit for each child that is there, and [`NODES`].
     pub(super) filled: u32,
 }
+
+/// Set where a child is a node.
+const NODES: u32 = 1 << 8;
 
 /// Splits by area at most this many levels deep, then by number, so that no arrangement of boxes makes a tree deep.
 const LEVELS_BY_AREA: usize = 24;
@@ -123,7 +126,18 @@ impl Node {
             self.to[axis][slot] = steps(part.high[axis]).ceil() as u8;
         }
         self.children[slot] = child;
-        self.filled |= 1 << slot;
+        self.filled |= 1 << slot | if child.kind() == Child::NODE { NODES } else { 0 };
+    }
+
+    /// Whether some child is a node.
+    #[inline(always)]
+    pub(super) fn has_nodes(&self) -> bool {
+        self.filled & NODES != 0
+    }
+
+    /// The children that are there, with their places.
+    pub(super) fn things(&self) -> impl Iterator<Item = (usize, Child)> {
+        (0..8).filter(|slot| self.filled >> slot & 1 == 1).map(|slot| (slot, self.children[slot]))
     }
 }
 

@@ -219,6 +219,13 @@ mod x86 {
                 Eight(_mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes)))
             }
         }
+        #[inline(always)]
+        fn pick(self, from: &[u8; 8]) -> Self {
+            unsafe {
+                let bytes = _mm_cvtsi64_si128(i64::from_le_bytes(*from));
+                Eight(_mm256_permutevar8x32_ps(self.0, _mm256_cvtepu8_epi32(bytes)))
+            }
+        }
     }
 
     /// Splits sixteen lanes into two eights.

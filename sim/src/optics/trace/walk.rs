@@ -5,6 +5,8 @@
 //! so the first never drops what the second would keep. Boxes have a margin wider than all rounding, so a box test
 //! never decides what a beam meets, only what it costs to find out.
 
+use super::MARGIN_M;
+use super::ease::Ease;
 use super::lanes::{Bytes, Isa, Lanes};
 use super::node::{Child, Node};
 use super::simd;
@@ -162,13 +164,13 @@ impl<I: Isa> Nearest<I> {
     }
 }
 
-/// Walks from the root, nearest boxes first. Boxes are `margin_m` wider than the tree says.
+/// Walks from the root, nearest boxes first. Boxes are wider than the tree says by `ease`.
 #[inline(always)]
-pub(super) fn walk<I: Isa, V: Visit<I>>(
+pub(super) fn walk<I: Isa, V: Visit<I>, E: Ease<I>>(
     nodes: &[Node],
     beams: &Beams<I>,
     mask: u32,
-    margin_m: f32,
+    ease: &E,
     nearest: &mut Nearest<I>,
     stack: &mut Vec<Pending>,
     visitor: &mut V,
@@ -183,11 +185,11 @@ pub(super) fn walk<I: Isa, V: Visit<I>>(
         next.mask &= I::Wide::splat(next.range).le(nearest.range);
         if next.mask != 0 {
             if next.child.kind() == Child::NODE {
-                let node = &nodes[next.child.index()];
+                let node = next.child.index();
                 if beams.one_way {
-                    open::<I, V, true>(nodes, node, beams, next.mask, margin_m, nearest, stack, visitor);
+                    open::<I, V, E, true>(nodes, node, beams, next.mask, ease, nearest, stack, visitor);
                 } else {
-                    open::<I, V, false>(nodes, node, beams, next.mask, margin_m, nearest, stack, visitor);
+                    open::<I, V, E, false>(nodes, node, beams, next.mask, ease, nearest, stack, visitor);
                 }
             } else {
                 visitor.visit(next.child, next.mask, nearest, stack);
@@ -206,26 +208,36 @@ pub(super) fn walk<I: Isa, V: Visit<I>>(
 /// Puts the children that some beam of the mask enters on the stack, the nearest on top. Where all beams go one way the
 /// near and the far side of each box are known beforehand.
 #[inline(always)]
-fn open<I: Isa, V: Visit<I>, const ONE_WAY: bool>(
+fn open<I: Isa, V: Visit<I>, E: Ease<I>, const ONE_WAY: bool>(
     nodes: &[Node],
-    node: &Node,
+    index: usize,
     beams: &Beams<I>,
     mask: u32,
-    margin_m: f32,
+    ease: &E,
     nearest: &Nearest<I>,
     stack: &mut Vec<Pending>,
     visitor: &V,
 ) {
+    let node = &nodes[index];
+    let mut boxes = [[I::Half::splat(0.0); 2]; 3];
+    let mut axis = 0;
+    while axis < 3 {
+        let step = I::Half::splat(node.step[axis]);
+        let base = node.low[axis] - beams.origin[axis];
+        boxes[axis] = [
+            I::Half::from_bytes(&node.from[axis]).fma(step, I::Half::splat(base - MARGIN_M)),
+            I::Half::from_bytes(&node.to[axis]).fma(step, I::Half::splat(base + MARGIN_M)),
+        ];
+        axis += 1;
+    }
+    let boxes = ease.widened(index, node, boxes);
     let mut enter = I::Half::splat(nearest.near);
     let mut leave = I::Half::splat(nearest.far);
     let mut from = [[0.0_f32; 8]; 3];
     let mut to = [[0.0_f32; 8]; 3];
     let mut axis = 0;
     while axis < 3 {
-        let step = I::Half::splat(node.step[axis]);
-        let base = node.low[axis] - beams.origin[axis];
-        let low = I::Half::from_bytes(&node.from[axis]).fma(step, I::Half::splat(base - margin_m));
-        let high = I::Half::from_bytes(&node.to[axis]).fma(step, I::Half::splat(base + margin_m));
+        let [low, high] = boxes[axis];
         let (least, most) =
             (I::Half::splat(beams.inverse_low[axis]), I::Half::splat(beams.inverse_high[axis]));
         if ONE_WAY {
@@ -275,6 +287,7 @@ fn open<I: Isa, V: Visit<I>, const ONE_WAY: bool>(
         let pending = Pending { range: entries[slot], child: node.children[slot], mask: entering };
         if pending.child.kind() == Child::NODE {
             simd::prefetch(&nodes[pending.child.index()]);
+            ease.foresee(pending.child.index());
         } else {
             visitor.foresee(pending.child);
         }
