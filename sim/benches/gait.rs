@@ -1,7 +1,7 @@
 //! The study of the physics gait: every acceptance bar with its figure.
 //!
 //! `cargo bench -p arborloop-sim --bench gait` prints all; words after `--` choose among `stand`, `flat`, `uneven`,
-//! `hard`, `trend`, `steps`, `strides`, `spectrum`, `digest` and, only when asked for, `long` (30 simulated minutes)
+//! `hard`, `trend`, `steps`, `strides`, `controller`, `spectrum`, `digest` and, only when asked for, `long` (30 simulated minutes)
 //! and `library` (records `robots/assets/go1.strides` anew). Times are processor time of this thread.
 
 #![allow(clippy::unwrap_used)] // A development tool.
@@ -9,13 +9,14 @@
 #[path = "../tests/walked/mod.rs"]
 mod walked;
 
-use arborloop_robots::{Command, GaitMode, TrotSettings};
+use arborloop_robots::{Command, GaitMode, Sensed, TrotSettings, TrunkState, Walker};
 use cpu_time::ThreadTime;
+use walked::bars::{between_ticks, distortion, stepped};
 use walked::{Guide, Measured, STRIDE_HZ, Walk, band, ground, imu_az, numbers, walk};
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
-    let always: [(&str, fn()); 9] = [
+    let always: [(&str, fn()); 10] = [
         ("stand", stand),
         ("flat", flat),
         ("uneven", uneven),
@@ -23,6 +24,7 @@ fn main() {
         ("trend", trend),
         ("steps", steps),
         ("strides", strides),
+        ("controller", controller),
         ("spectrum", spectrum),
         ("digest", digest),
     ];
@@ -85,7 +87,7 @@ fn line(name: &str, walk: &Walk, factor: f64) {
     println!(
         "{name}: {}; speed {:.3} m/s, beside the path {:.1} / {:.1} cm rms / max; torque {:.1} / {:.1} / {:.1} N m, knee \
          {:.1} rms; rate {:.1} / {:.1} / {:.1} rad/s; saturated {:.0e}; duty {:.2?}; cost of transport {:.2} abs, {:.2} \
-         positive; az {:.2} / {:.2} / {:.2} m/s2 in 1-20 / 20-100 / 100-400 Hz, peak {:.0}; f 2f 4f 6f 8f {:.2?} m/s2, peaks \
+         positive; az {:.2} / {:.2} / {:.2} m/s2 in 1-20 / 20-100 / 100-400 Hz, peak {:.0}, 99th percentile below 100 Hz {:.1}; f 2f 4f 6f 8f {:.2?} m/s2, peaks \
          at {:.2?} Hz; roll {:.2} deg, pitch {:.2} deg, bob {:.1} mm; {factor:.1} x real time",
         verdict(walk),
         found.speed_mps,
@@ -106,6 +108,7 @@ fn line(name: &str, walk: &Walk, factor: f64) {
         found.az_mps2[1],
         found.az_mps2[2],
         found.az_peak_mps2,
+        found.az_percentile_mps2,
         found.harmonics_mps2,
         found.peaks_hz,
         found.roll_deg,
@@ -181,6 +184,53 @@ fn steps() {
     }
 }
 
+/// Ticks of other lengths, poses between ticks, and what the controller costs.
+fn controller() {
+    let at = |tick_s: f64| {
+        let states = stepped(&ground(0.0, 0.0, 1), 0.5, tick_s, 11.0);
+        let az = walked::imu_az_at(&states[(2.0 / tick_s) as usize..], tick_s);
+        let held = (tick_s / walked::TICK_S).round() as usize;
+        let az: Vec<f64> = az.iter().flat_map(|one| std::iter::repeat_n(*one, held)).collect();
+        band(&az, 1.0, 100.0)
+    };
+    let (one, two) = (at(0.001), at(0.002));
+    println!("az below 100 Hz {one:.3} m/s2 at 1 ms, {two:.3} at 2 ms: {:+.1} %", (two / one - 1.0) * 100.0);
+    let fine = stepped(&ground(0.03, 5.0, 1), 0.5, 0.00025, 6.0);
+    let (off_m, off_deg) = between_ticks(&fine[4000..], 4);
+    println!(
+        "poses between ticks of 1 ms against 4 kHz: {:.4} mm, {off_deg:.5} deg at the most",
+        off_m * 1e3
+    );
+    let one = walk(&ground(0.03, 5.0, 1), &TrotSettings::default(), &ahead(0.5), 10.0, 1);
+    let sensed: Vec<Sensed> = one.states.iter().filter_map(sensed).collect();
+    let body = arborloop_robots::Body::go1();
+    let mut walker = Walker::new(body, TrotSettings::default(), &sensed[0], walked::TICK_S);
+    let mut blocks: Vec<f64> = sensed
+        .chunks_exact(100)
+        .map(|block| {
+            let from = ThreadTime::now();
+            for one in block {
+                std::hint::black_box(walker.step(&Command { forward_mps: 0.5, turn_radps: 0.0 }, one));
+            }
+            from.elapsed().as_secs_f64() * 1e6 / 100.0
+        })
+        .collect();
+    blocks.sort_by(f64::total_cmp);
+    println!("controller: {:.1} us a tick, median of blocks of 100", blocks[blocks.len() / 2]);
+}
+
+fn sensed(state: &TrunkState) -> Option<Sensed> {
+    let loads = state.loads?;
+    Some(Sensed {
+        odom_from_base: state.world_from_base,
+        linear_mps: state.linear_mps,
+        angular_radps: state.angular_radps,
+        joint_angles_rad: state.joint_angles_rad,
+        joint_rates_radps: loads.joint_rates_radps,
+        foot_forces_n: loads.foot_forces_n.map(|force| force.norm()),
+    })
+}
+
 fn strides() {
     for (bump_m, speed_mps) in [(0.0, 0.25), (0.0, 0.5), (0.0, 0.8), (0.03, 0.5)] {
         for mode in [GaitMode::Physics, GaitMode::Strides, GaitMode::Smooth] {
@@ -189,14 +239,15 @@ fn strides() {
                 timed(|| walk(&ground(bump_m, 0.0, 1), &settings, &ahead(speed_mps), 15.0, 1));
             let found = one.measured();
             println!(
-                "{} cm, {speed_mps} m/s, {mode:?}: az {:.2} / {:.2} / {:.2} m/s2, roll {:.2} deg, pitch {:.2} deg, bob {:.1} mm; {factor:.0} x real time",
+                "{} cm, {speed_mps} m/s, {mode:?}: az {:.2} / {:.2} / {:.2} m/s2, roll {:.2} deg, pitch {:.2} deg, bob {:.1} mm, a sweep bent by {:.3} deg; {factor:.0} x real time",
                 bump_m * 100.0,
                 found.az_mps2[0],
                 found.az_mps2[1],
                 found.az_mps2[2],
                 found.roll_deg,
                 found.pitch_deg,
-                found.bob_m * 1e3
+                found.bob_m * 1e3,
+                distortion(&one.states[2000..]).1
             );
         }
     }

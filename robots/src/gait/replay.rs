@@ -81,13 +81,13 @@ impl Replay {
 
     /// The next stride, from its own address.
     fn choose(&mut self, planar: &Planar) {
+        let mut draws = self.stream.at(self.played);
         let pace = Pace {
             forward_mps: planar.speed_mps.x.abs(),
             turn_radps: planar.turn_radps,
-            roughness_m: self.roughness_m,
+            roughness_m: self.library.roughness_m(self.roughness_m, draws.unit()),
         };
         let bin = self.library.nearest(&pace);
-        let mut draws = self.stream.at(self.played);
         let end = between(&self.now, SAMPLES as f64);
         let mut best = (f64::INFINITY, &bin.strides[0]);
         for _ in 0..DRAWN {

@@ -96,6 +96,22 @@ impl StrideLibrary {
             .0
     }
 
+    /// The recorded roughness to replay on ground of any: that below or that above, each so often that the power of the
+    /// shaking, which grows as the square, comes out between. `draw` is in [0, 1).
+    pub fn roughness_m(&self, found_m: f64, draw: f64) -> f64 {
+        let recorded = self.bins.iter().map(|bin| bin.pace.roughness_m);
+        let below = recorded.clone().filter(|one| *one <= found_m).fold(f64::NEG_INFINITY, f64::max);
+        let above = recorded.filter(|one| *one > found_m).fold(f64::INFINITY, f64::min);
+        match (below.is_finite(), above.is_finite()) {
+            (true, true) => {
+                let share = (found_m * found_m - below * below) / (above * above - below * below);
+                if draw < share { above } else { below }
+            }
+            (true, false) => below,
+            _ => above,
+        }
+    }
+
     /// As bytes: per bin three little-endian `f32` and the number of strides as `u32`; per stride and channel the
     /// greatest magnitude as `f32`, then the samples as `i16` shares of it.
     pub fn encode(&self) -> Vec<u8> {

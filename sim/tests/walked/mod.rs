@@ -1,6 +1,7 @@
 //! Walks of the physics gait and what is measured on them. Shared by the tests and by the study in `benches/gait.rs`.
 #![allow(dead_code)]
 
+pub(crate) mod bars;
 pub(crate) mod strides;
 
 use arborloop_base::{Pose, Seed, Span, planar, pose2};
@@ -121,6 +122,8 @@ pub(crate) struct Measured {
     /// Vertical acceleration at the IMU in 1-20, 20-100 and 100-400 Hz, m/s2.
     pub(crate) az_mps2: [f64; 3],
     pub(crate) az_peak_mps2: f64,
+    /// Its magnitude below 100 Hz that one sample in a hundred exceeds, m/s2.
+    pub(crate) az_percentile_mps2: f64,
     /// At 1, 2, 4, 6 and 8 times the stride frequency, m/s2 rms.
     pub(crate) harmonics_mps2: [f64; 5],
     /// Where the spectrum peaks within a third of the stride frequency of its 2nd and 4th multiple, hertz.
@@ -191,6 +194,7 @@ impl Walk {
             cost_abs: abs / weight_m,
             cost_positive: positive / weight_m,
             az_mps2: [band(&az, 1.0, 20.0), band(&az, 20.0, 100.0), band(&az, 100.0, 400.0)],
+            az_percentile_mps2: bars::percentile(&bars::below_100_hz(&az)),
             az_peak_mps2: az.iter().fold(0.0, |most, a| a.abs().max(most)),
             harmonics_mps2: [1.0, 2.0, 4.0, 6.0, 8.0]
                 .map(|times| band(&az, times * STRIDE_HZ - 0.3, times * STRIDE_HZ + 0.3)),
@@ -254,11 +258,16 @@ fn beside(states: &[TrunkState]) -> (f64, f64) {
 
 /// Vertical acceleration at the IMU without gravity, world axes, m/s2: the velocity's differences.
 pub(crate) fn imu_az(states: &[TrunkState]) -> Vec<f64> {
+    imu_az_at(states, TICK_S)
+}
+
+/// The same for ticks of another length.
+pub(crate) fn imu_az_at(states: &[TrunkState], tick_s: f64) -> Vec<f64> {
     let arm = go1::go1().frame("imu_link").map_or(Vector3::zeros(), |pose: Pose| pose.translation.vector);
     let velocity = |state: &TrunkState| {
         state.linear_mps + state.world_from_base.rotation * state.angular_radps.cross(&arm)
     };
-    states.windows(2).map(|w| (velocity(&w[1]) - velocity(&w[0])).z / TICK_S).collect()
+    states.windows(2).map(|w| (velocity(&w[1]) - velocity(&w[0])).z / tick_s).collect()
 }
 
 /// Root mean square of a signal between two frequencies: mean power of windowed stretches of ten strides.
