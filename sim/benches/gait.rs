@@ -264,6 +264,46 @@ fn spectrum() {
         let rms = band(&az, low_hz, high_hz);
         println!("{:6.2} Hz {rms:5.3} {}", f64::from(n) * STRIDE_HZ / 2.0, "#".repeat((rms / 0.02) as usize));
     }
+    let strides = TrotSettings { mode: GaitMode::Strides, ..TrotSettings::default() };
+    let replayed = walk(&ground(0.0, 0.0, 1), &strides, &ahead(0.5), 20.0, 1);
+    let path = std::env::temp_dir().join("arborloop-gait-spectrum.svg");
+    match std::fs::write(&path, plot(&[&az, &imu_az(&replayed.states[2000..])])) {
+        Ok(()) => println!("spectrum drawn in {}", path.display()),
+        Err(error) => println!("{}: {error}", path.display()),
+    }
+}
+
+/// Spectra of physics and of its replay, 0 to 100 Hz in bands of 1 Hz, as a drawing; each grid line is a factor of ten.
+fn plot(signals: &[&[f64]; 2]) -> String {
+    let (width, height) = (900.0, 420.0);
+    let mut svg = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-70 -30 {} {}\" font-family=\"sans-serif\" font-size=\"14\">\
+         <title>Vertical acceleration at the IMU, flat ground, 0.5 m/s: m/s2 rms per band of 1 Hz</title>\
+         <text x=\"0\" y=\"-10\">az at the IMU, m/s2 rms per 1 Hz: physics (solid), replayed strides (dashed)</text>",
+        width + 90.0,
+        height + 80.0
+    );
+    let place = |hz: f64, rms: f64| (hz / 100.0 * width, (0.5 - rms.max(1e-4).log10()) / 4.5 * height);
+    for power in -4..=0 {
+        let (_, y) = place(0.0, 10_f64.powi(power));
+        svg += &format!("<line x1=\"0\" x2=\"{width}\" y1=\"{y}\" y2=\"{y}\" stroke=\"#ccc\"/>");
+        svg += &format!("<text x=\"-60\" y=\"{}\">1e{power}</text>", y + 5.0);
+    }
+    for hz in (0..=100).step_by(10) {
+        let (x, _) = place(f64::from(hz), 1.0);
+        svg += &format!("<text x=\"{}\" y=\"{}\">{hz} Hz</text>", x - 12.0, height + 25.0);
+    }
+    for (signal, style) in
+        signals.iter().zip(["stroke=\"#0072b2\"", "stroke=\"#d55e00\" stroke-dasharray=\"5 3\""])
+    {
+        let points = (1..100).map(|n| {
+            let (x, y) = place(f64::from(n), band(signal, f64::from(n) - 0.5, f64::from(n) + 0.5));
+            format!("{x:.1},{y:.1}")
+        });
+        let points = points.collect::<Vec<_>>().join(" ");
+        svg += &format!("<polyline fill=\"none\" stroke-width=\"2\" {style} points=\"{points}\"/>");
+    }
+    svg + "</svg>\n"
 }
 
 /// A number that two processes must agree on (FNV-1a over every bit of a walk).
