@@ -1,8 +1,10 @@
 //! Which cells of a lattice a beam passes over, one after the other (Amanatides and Woo 1987).
 
 use super::Ray;
+use std::ops::ControlFlow;
 
 /// Square cells side by side on the ground.
+#[derive(Debug)]
 pub(super) struct Cells {
     /// Lowest corner of cell (0, 0), world frame.
     pub(super) low: [f64; 2],
@@ -31,8 +33,16 @@ impl Cells {
         (begin < end && end.is_finite()).then_some((begin, end))
     }
 
-    /// Visits column and row of each cell that the beam is over between two distances, and the stretch over it.
-    pub(super) fn pass(&self, ray: &Ray, begin: f64, end: f64, mut visit: impl FnMut([usize; 2], f64, f64)) {
+    /// Visits column and row of each cell that the beam is over between two distances, and the stretch over it, until
+    /// told to stop.
+    #[inline]
+    pub(super) fn pass(
+        &self,
+        ray: &Ray,
+        begin: f64,
+        end: f64,
+        mut visit: impl FnMut([usize; 2], f64, f64) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
         let mut cell = [0_i64; 2];
         let mut next = [f64::INFINITY; 2];
         let mut delta = [f64::INFINITY; 2];
@@ -51,14 +61,15 @@ impl Cells {
         let mut enter = begin;
         while enter < end {
             let leave = next[0].min(next[1]).min(end);
-            visit([cell[0] as usize, cell[1] as usize], enter, leave);
+            visit([cell[0] as usize, cell[1] as usize], enter, leave)?;
             let axis = usize::from(next[1] < next[0]);
             cell[axis] += stride[axis];
             next[axis] += delta[axis];
             if stride[axis] == 0 || !(0..self.count[axis] as i64).contains(&cell[axis]) {
-                return;
+                break;
             }
             enter = leave;
         }
+        ControlFlow::Continue(())
     }
 }

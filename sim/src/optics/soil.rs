@@ -26,18 +26,18 @@ pub(super) struct Facet {
 /// Cells along a side of the squares that are looked at as one.
 pub(super) const BLOCK: usize = 16;
 
-/// The highest value of each square of [`BLOCK`] by [`BLOCK`] cells, its border included.
-pub(super) fn highest(nodes: &Grid<f64>) -> Grid<f64> {
+/// The highest value of each square of `side` by `side` cells, its border included.
+pub(super) fn highest(nodes: &Grid<f64>, side: usize) -> Grid<f64> {
     let (columns, rows) = (nodes.columns() - 1, nodes.rows() - 1);
     let step = nodes.resolution_m();
     let corner = nodes.center_of(0, 0);
-    let (across, along) = (columns.div_ceil(BLOCK), rows.div_ceil(BLOCK));
-    let mut tops = Grid::filled(corner, step * BLOCK as f64, across, along, f64::NEG_INFINITY);
+    let (across, along) = (columns.div_ceil(side), rows.div_ceil(side));
+    let mut tops = Grid::filled(corner, step * side as f64, across, along, f64::NEG_INFINITY);
     for block in 0..across * along {
-        let (left, low) = (block % across * BLOCK, block / across * BLOCK);
+        let (left, low) = (block % across * side, block / across * side);
         let mut top = f64::NEG_INFINITY;
-        for row in low..=(low + BLOCK).min(rows) {
-            for column in left..=(left + BLOCK).min(columns) {
+        for row in low..=(low + side).min(rows) {
+            for column in left..=(left + side).min(columns) {
                 top = top.max(nodes.cells()[row * nodes.columns() + column]);
             }
         }
@@ -51,7 +51,7 @@ impl Soil {
         let nodes = terrain.grid().clone();
         let first = nodes.center_of(0, 0);
         let cells_per_m = nodes.resolution_m().recip();
-        Soil { tops: highest(&nodes), first: [first.x, first.y], cells_per_m, nodes }
+        Soil { tops: highest(&nodes, BLOCK), first: [first.x, first.y], cells_per_m, nodes }
     }
 
     /// Whether the beam's stretch begins under the soil: it is then met where it begins.
