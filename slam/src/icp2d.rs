@@ -55,8 +55,8 @@ impl Icp2d {
     }
 
     fn sweep(&mut self, sweep: &Sweep) -> Estimate {
-        self.front_end.look(sweep, &mut self.view);
         let before = self.last.map_or_else(Pose2::identity, |(_, pose)| pose);
+        self.front_end.look(sweep, before.rotation.angle(), &mut self.view);
         let mut pose = before * self.motion;
         let pairs = if self.points.is_empty() { 0 } else { self.align(&mut pose) };
         let is_first = self.sweeps_drawn == 0;

@@ -7,11 +7,13 @@ mod chart;
 mod compact;
 mod features;
 mod field;
+mod foresight;
 mod front;
 mod ground;
 mod hits;
 mod layers;
 mod motion;
+mod plumb;
 mod refine;
 mod search;
 pub(crate) mod settings;
@@ -23,6 +25,7 @@ use arborloop_base::{Cell, Estimate, Grid, Health, Observation, Slam, Sweep, Tim
 use chart::Chart;
 pub(crate) use features::View;
 use field::Field;
+use foresight::Foresight;
 pub(crate) use front::FrontEnd;
 use motion::Motion;
 use nalgebra::Vector3;
@@ -56,6 +59,7 @@ pub(crate) struct Mhd {
     far_m: f64,
     search: Search,
     refine: Refine,
+    foresight: Foresight,
     motion: Option<Motion>,
     drawn: Option<Motion>,
     sweeps_drawn: usize,
@@ -81,6 +85,7 @@ impl Mhd {
             far_m,
             search: Search::default(),
             refine: Refine::default(),
+            foresight: Foresight::default(),
             motion: None,
             drawn: None,
             sweeps_drawn: 0,
@@ -91,7 +96,8 @@ impl Mhd {
     }
 
     fn sweep(&mut self, sweep: &Sweep) -> Estimate {
-        self.front_end.look(sweep, &mut self.view);
+        let heading_rad = self.motion.map_or(0.0, |motion| motion.predict(sweep.end).pose.z);
+        self.front_end.look(sweep, heading_rad, &mut self.view);
         let duration_s = (sweep.end - sweep.start).seconds().max(0.0);
         let middle = sweep.start + (sweep.end - sweep.start) / 2;
         let stamp = if duration_s > 0.0 { middle } else { sweep.end };
@@ -106,7 +112,7 @@ impl Mhd {
                 self.draw(&motion);
             }
             let health = if enough { Health::Tracking } else { Health::Degraded };
-            return answer(sweep.end, &motion, None, health);
+            return self.answer(sweep.end, &motion, None, health);
         };
         let predicted = before.predict(stamp);
         if !enough || self.sweeps_drawn == 0 {
@@ -115,7 +121,7 @@ impl Mhd {
             if enough {
                 self.draw(&predicted);
             }
-            return answer(sweep.end, &predicted, None, self.health());
+            return self.answer(sweep.end, &predicted, None, self.health());
         }
         let found = self.locate(&before, &predicted, duration_s);
         let failed = found.half_m > self.settings.failed_match_m;
@@ -127,14 +133,15 @@ impl Mhd {
         let health = self.health();
         if failed && self.refusals < REFUSALS_MAX {
             self.motion = Some(predicted);
-            return answer(sweep.end, &predicted, None, health);
+            return self.answer(sweep.end, &predicted, None, health);
         }
         self.motion = Some(found.motion);
+        self.foresight.learn(&found.motion);
         // Who is lost must not draw: the map is what the way back is found by.
         if health != Health::Lost {
             self.draw_if_due(&found.motion);
         }
-        answer(sweep.end, &found.motion, Some(&found), health)
+        self.answer(sweep.end, &found.motion, Some(&found), health)
     }
 
     /// By the sweeps in a row without a good match.
@@ -247,6 +254,17 @@ impl Mhd {
         self.drawn = Some(*motion);
         self.sweeps_drawn += 1;
     }
+
+    /// The estimate at the sweep's end: half a sweep after the instant of the pose.
+    fn answer(&self, end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
+        let after_s = (end - motion.stamp).seconds();
+        let pose = match found {
+            Some(_) => self.foresight.after(motion, after_s),
+            None => motion.after(after_s),
+        };
+        let covariance = found.and_then(|found| uncertainty::covariance(found, after_s));
+        Estimate { stamp: end, map_from_base: spatial(&pose), covariance, health }
+    }
 }
 
 impl Slam for Mhd {
@@ -264,12 +282,4 @@ impl Slam for Mhd {
         let to = edges.partition_point(|edge| *edge < high - 1e-9).clamp(from + 1, self.settings.layers());
         self.chart.drawing(from, to)
     }
-}
-
-/// The estimate at the sweep's end: half a sweep after the instant of the pose.
-fn answer(end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
-    let after_s = (end - motion.stamp).seconds();
-    let pose = motion.after(after_s);
-    let covariance = found.and_then(|found| uncertainty::covariance(found, after_s));
-    Estimate { stamp: end, map_from_base: spatial(&pose), covariance, health }
 }

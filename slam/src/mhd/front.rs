@@ -28,8 +28,8 @@ impl FrontEnd {
         FrontEnd { settings, rig: *rig, hits: Hits::default(), slicer: Slicer::default(), is_planar: false }
     }
 
-    /// Fills the view with the features of a sweep.
-    pub(crate) fn look(&mut self, sweep: &Sweep, view: &mut View) {
+    /// Fills the view with the features of a sweep; `heading_rad` is about where the base heads in the map.
+    pub(crate) fn look(&mut self, sweep: &Sweep, heading_rad: f64, view: &mut View) {
         view.clear();
         self.hits.read(sweep, &self.rig, self.settings.range_m_min);
         let lidar_m = self.rig.base_from_lidar.translation.vector;
@@ -37,7 +37,7 @@ impl FrontEnd {
         if self.is_planar {
             compact::view_of(&mut self.hits, lidar_m.xy(), &self.settings, view);
         } else {
-            self.slicer.view_of(&self.hits, sweep.rings, lidar_m, &self.settings, view);
+            self.slicer.view_of(&self.hits, sweep.rings, lidar_m, heading_rad, &self.settings, view);
         }
     }
 

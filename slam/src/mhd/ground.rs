@@ -1,6 +1,7 @@
 //! The ground as a plane, from the lidar alone: it levels the sweep and gives heights.
 
 use super::hits::Hit;
+use super::plumb::upright;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 /// Only ground nearer than this is plane enough, meters.
@@ -72,10 +73,7 @@ impl Ground {
 
     /// Turns the axes of the base level, keeping its heading.
     pub(crate) fn level_from_base(&self) -> Rotation3<f64> {
-        let up = Vector3::new(-self.slope_x, -self.slope_y, 1.0).normalize();
-        let tilt = Rotation3::rotation_between(&up, &Vector3::z()).unwrap_or_else(Rotation3::identity);
-        let forward = tilt * Vector3::x();
-        Rotation3::from_axis_angle(&Vector3::z_axis(), -forward.y.atan2(forward.x)) * tilt
+        upright(&Vector3::new(-self.slope_x, -self.slope_y, 1.0))
     }
 
     /// Height of the lidar above the plane, meters.

@@ -4,6 +4,7 @@ use super::compact::{CLEARING_M_MAX, SHORT_M};
 use super::features::{Clearing, Feature, View};
 use super::ground::Ground;
 use super::hits::{Hit, Hits};
+use super::plumb::{Pair, Plumb};
 use super::settings::MhdSettings;
 use super::upright::RingImage;
 use nalgebra::{Rotation3, Vector2, Vector3};
@@ -11,6 +12,10 @@ use std::f64::consts::{PI, TAU};
 
 /// Returns of a bin that lie this much behind its nearest are still the same thing, meters.
 const SAME_THING_M: f64 = 0.2;
+/// Farther things are met by too few beams to tell how they stand, meters.
+const PLUMB_M_MAX: f64 = 15.0;
+/// What stands plumb is straight within this, meters.
+const BENT_M: f64 = 0.04;
 /// Bearing bins of the clearings.
 const CLEARING_BINS: usize = 360;
 /// Every n-th beam is enough for clearings; no divisor of usual ring counts, so that every ring takes its turn.
@@ -39,12 +44,17 @@ pub(crate) struct Slicer {
     ground: Option<Ground>,
     low: Vec<Vector3<f64>>,
     stretches: Vec<Stretch>,
+    plumb: Plumb,
+    pairs: Vec<Pair>,
     stance: Stance,
 }
 
 /// How a sweep stands on its ground.
 #[derive(Debug, Clone, Default)]
 struct Stance {
+    /// Parallel to the ground: heights are counted in it.
+    level_from_base: Rotation3<f64>,
+    /// Plumb: what is seen from above is seen along its z axis.
     flat_from_base: Rotation3<f64>,
     lidar_height_m: f64,
     lidar_m: Vector3<f64>,
@@ -57,6 +67,7 @@ impl Slicer {
         hits: &Hits,
         rings: u16,
         lidar_m: Vector3<f64>,
+        heading_rad: f64,
         settings: &MhdSettings,
         view: &mut View,
     ) {
@@ -66,8 +77,11 @@ impl Slicer {
         self.ground = Ground::fit(&hits.met, self.ground, points)
             .or_else(|| Ground::fit(&hits.met, None, points))
             .or(self.ground);
+        let level_from_base = self.ground.map_or_else(Rotation3::identity, |g| g.level_from_base());
+        self.hang(&hits.met, &level_from_base, heading_rad);
         let stance = Stance {
-            flat_from_base: self.ground.map_or_else(Rotation3::identity, |g| g.level_from_base()),
+            level_from_base,
+            flat_from_base: self.plumb.plumb_from_base(&level_from_base, heading_rad),
             // Without any ground ever, heights count from a hand's breadth below the beams' horizon.
             lidar_height_m: self.ground.map_or(0.5, |g| g.lidar_height_m()),
             lidar_m,
@@ -82,6 +96,26 @@ impl Slicer {
         clearings(hits, &self.stance, &self.bins, settings, &mut self.stretches, view);
     }
 
+    /// Learns from what stands upright which way is up.
+    fn hang(&mut self, met: &[Hit], level_from_base: &Rotation3<f64>, heading_rad: f64) {
+        self.pairs.clear();
+        for hit in met.iter().filter(|hit| hit.level_m < PLUMB_M_MAX) {
+            let Some(chain) = self.image.chain(met, hit) else { continue };
+            let (low, high) = (level_from_base * chain[0].at, level_from_base * chain[3].at);
+            let (low_m, high_m) = (low.xy().norm(), high.xy().norm());
+            let is_straight = chain[1..3].iter().all(|between| {
+                let between = level_from_base * between.at;
+                let share = (between.z - low.z) / (high.z - low.z);
+                (between.xy().norm() - low_m - share * (high_m - low_m)).abs() < BENT_M
+            });
+            if low_m > 0.0 && high.z > low.z && is_straight {
+                let towards = low.xy() / low_m;
+                self.pairs.push(Pair { towards, rise_m: high.z - low.z, away_m: high_m - low_m });
+            }
+        }
+        self.plumb.learn(&self.pairs, heading_rad);
+    }
+
     /// Finds the upright returns, their layer and bin, and the nearest of every bin.
     fn gather(&mut self, met: &[Hit], settings: &MhdSettings) {
         let stance = &self.stance;
@@ -91,12 +125,12 @@ impl Slicer {
         self.bins.resize(bins * settings.layers(), EMPTY);
         self.upright.clear();
         for hit in met.iter().filter(|hit| hit.level_m <= settings.range_m_max) {
-            let level = stance.flat_from_base * hit.at;
-            let height_m = level.z + stance.lidar_height_m;
+            let height_m = (stance.level_from_base * hit.at).z + stance.lidar_height_m;
             let above = edges.partition_point(|edge| *edge <= height_m);
             if above == 0 || above == edges.len() || !self.image.is_upright(met, hit) {
                 continue;
             }
+            let level = stance.flat_from_base * hit.at;
             let layer = above - 1;
             let bin = layer * bins + bin_of(level.y.atan2(level.x), bins);
             let level_m = level.xy().norm();
@@ -177,7 +211,7 @@ fn clearings(
         if level_m <= 0.0 {
             continue;
         }
-        let rise = level.z / level_m;
+        let rise = (stance.level_from_base * hit.at).z / level_m;
         let bearing = bin_of(level.y.atan2(level.x), CLEARING_BINS);
         let reach_m = (reach_m - SHORT_M).min(CLEARING_M_MAX);
         for layer in 0..settings.layers() {
@@ -253,7 +287,7 @@ mod tests {
     fn view_on(settings: &MhdSettings) -> View {
         let (mut slicer, mut view) = (Slicer::default(), View::default());
         let hits = grove();
-        slicer.view_of(&hits, 16, Vector3::new(0.0, 0.0, 0.2), settings, &mut view);
+        slicer.view_of(&hits, 16, Vector3::new(0.0, 0.0, 0.2), 0.0, settings, &mut view);
         slicer.clear(&hits, settings, &mut view);
         view
     }
@@ -300,7 +334,7 @@ mod tests {
     fn nothing_seen_is_nothing_said() {
         let (mut slicer, mut view) = (Slicer::default(), View::default());
         let (hits, settings) = (Hits::default(), MhdSettings::default());
-        slicer.view_of(&hits, 16, Vector3::zeros(), &settings, &mut view);
+        slicer.view_of(&hits, 16, Vector3::zeros(), 0.0, &settings, &mut view);
         slicer.clear(&hits, &settings, &mut view);
         assert!(view.features.is_empty() && view.clearings.is_empty());
     }

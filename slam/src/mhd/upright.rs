@@ -34,6 +34,23 @@ impl RingImage {
         }
     }
 
+    /// A hit and the three above it, if all are of the same upright thing.
+    pub(crate) fn chain(&self, hits: &[Hit], hit: &Hit) -> Option<[Hit; 4]> {
+        let first = self.above(hits, hit)?;
+        let second = self.above(hits, first)?;
+        Some([*hit, *first, *second, *self.above(hits, second)?])
+    }
+
+    /// The return right above a hit, of the next ring and the same column, if it met the same upright thing.
+    fn above<'a>(&self, hits: &'a [Hit], hit: &Hit) -> Option<&'a Hit> {
+        let ring = usize::from(hit.ring) + 1;
+        if ring >= self.rings {
+            return None;
+        }
+        let index = self.cells[ring * COLUMNS + column_of(hit.bearing_rad)];
+        (index != EMPTY).then(|| &hits[index as usize]).filter(|other| is_same_upright(hit, other))
+    }
+
     /// Whether a neighboring ring, in the same or the next column, met the same upright thing: less than half a
     /// meter apart in level distance, and steeper than 45 degrees.
     pub(crate) fn is_upright(&self, hits: &[Hit], hit: &Hit) -> bool {
@@ -43,14 +60,15 @@ impl RingImage {
         rings.into_iter().flatten().any(|ring| {
             columns.iter().any(|column| {
                 let index = self.cells[ring * COLUMNS + column];
-                index != EMPTY && {
-                    let other = &hits[index as usize];
-                    let level_m = (other.level_m - hit.level_m).abs();
-                    level_m < SAME_THING_M && (other.at.z - hit.at.z).abs() > level_m
-                }
+                index != EMPTY && is_same_upright(hit, &hits[index as usize])
             })
         })
     }
+}
+
+fn is_same_upright(hit: &Hit, other: &Hit) -> bool {
+    let level_m = (other.level_m - hit.level_m).abs();
+    level_m < SAME_THING_M && (other.at.z - hit.at.z).abs() > level_m
 }
 
 fn column_of(bearing_rad: f64) -> usize {
