@@ -23,6 +23,7 @@ mod upright;
 use crate::rig::Rig;
 use arborloop_base::{Cell, Estimate, Grid, Health, Observation, Slam, Sweep, Time, spatial};
 use chart::Chart;
+use features::Feature;
 pub(crate) use features::View;
 use field::Field;
 use foresight::Foresight;
@@ -35,6 +36,8 @@ use settings::MhdSettings;
 
 /// Fewer points than this determine no pose.
 const POINTS_MIN: usize = 8;
+/// So many points choose between hypotheses; all of them refine the one that is chosen.
+const POINTS_TO_CHOOSE: usize = 600;
 /// The map takes in all of the first sweeps.
 const FIRST_SWEEPS: usize = 5;
 /// A far pose must match better than the near one by this, meters.
@@ -53,10 +56,13 @@ pub(crate) struct Mhd {
     settings: MhdSettings,
     front_end: FrontEnd,
     view: View,
+    /// Every n-th feature of the view.
+    thinned: Vec<Feature>,
     chart: Chart,
     field: Field,
     keep_ratio: f64,
     far_m: f64,
+    key_step_m: f64,
     search: Search,
     refine: Refine,
     foresight: Foresight,
@@ -74,15 +80,17 @@ impl Mhd {
     pub(crate) fn new(settings: MhdSettings, rig: &Rig) -> Self {
         let chart = Chart::new(settings.cell_m, settings.layers());
         let field = Field::new(settings.cell_m, settings.distance_m_max, settings.layers());
-        let (keep_ratio, far_m) = (settings.keep_ratio, settings.far_m);
+        let (keep_ratio, far_m, key_step_m) = (settings.keep_ratio, settings.far_m, settings.key_step_m);
         Mhd {
             front_end: FrontEnd::with(settings.clone(), rig),
             settings,
             view: View::default(),
+            thinned: Vec::new(),
             chart,
             field,
             keep_ratio,
             far_m,
+            key_step_m,
             search: Search::default(),
             refine: Refine::default(),
             foresight: Foresight::default(),
@@ -123,6 +131,11 @@ impl Mhd {
             }
             return self.answer(sweep.end, &predicted, None, self.health());
         }
+        self.thinned.clear();
+        // A lone ring has no neighbors to spare.
+        let points_max = if sweep.rings > 1 { POINTS_TO_CHOOSE } else { usize::MAX };
+        let stride = self.view.features.len().div_ceil(points_max).max(1);
+        self.thinned.extend(self.view.features.iter().step_by(stride));
         let found = self.locate(&before, &predicted, duration_s);
         let failed = found.half_m > self.settings.failed_match_m;
         if failed {
@@ -160,6 +173,7 @@ impl Mhd {
         self.field = Field::new(settings.planar_cell_m, settings.planar_distance_m_max, settings.layers());
         self.keep_ratio = settings.planar_keep_ratio;
         self.far_m = f64::INFINITY;
+        self.key_step_m = settings.planar_key_step_m;
     }
 
     /// The best match around the prediction, or anywhere near it when that is poor or the pause was long.
@@ -213,12 +227,18 @@ impl Mhd {
         duration_s: f64,
         wanted: usize,
     ) -> Match {
-        let (features, keep) = (&self.view.features, self.keep_ratio);
+        let (features, keep) = (&self.thinned, self.keep_ratio);
         let hypotheses = self.search.run(&self.field, features, predicted, lattice, keep, wanted);
         let refine = &mut self.refine;
         refine.far_m = self.far_m;
         let mut best = refine.run(&self.field, features, *predicted, before, duration_s, keep);
+        let mut tied = *before;
+        let promising_m = hypotheses.first().map_or(0.0, |first| first.cost_m + MARGIN_M);
         for hypothesis in hypotheses {
+            // What is clearly worse before any descent is left out, but not after a long way between two scans.
+            if duration_s > 0.0 && hypothesis.cost_m > promising_m {
+                continue;
+            }
             let start = Motion { pose: hypothesis.pose, ..*predicted };
             // Who was carried off or lost his way has not walked there: only a near pose is tied to the motion before.
             let (start, before) = if lattice.prior_m > 0.0 {
@@ -228,8 +248,11 @@ impl Mhd {
             };
             let found = refine.run(&self.field, features, start, &before, duration_s, keep);
             if found.cost_m < best.cost_m {
-                best = found;
+                (best, tied) = (found, before);
             }
+        }
+        if features.len() < self.view.features.len() {
+            best = refine.run(&self.field, &self.view.features, best.motion, &tied, duration_s, keep);
         }
         best
     }
@@ -239,7 +262,7 @@ impl Mhd {
             None => true,
             Some(drawn) => {
                 let way = motion.pose - drawn.pose;
-                way.xy().norm() >= self.settings.key_step_m || way.z.abs() >= self.settings.key_turn_rad
+                way.xy().norm() >= self.key_step_m || way.z.abs() >= self.settings.key_turn_rad
             }
         };
         if due || self.sweeps_drawn < FIRST_SWEEPS {

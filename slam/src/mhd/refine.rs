@@ -18,8 +18,8 @@ const STIFFENED: f64 = 8.0;
 const GAIN_MIN: f64 = 1e-4;
 /// Weights of the velocity's ties per point, in 1/m (1/rad for the heading): to the increment since the last sweep, and
 /// to the last velocity. A trapezoidal tie (mean of both velocities = increment) rings with period two and diverges.
-const TO_INCREMENT: f64 = 6.0;
-const TO_PREVIOUS: f64 = 2.0;
+const TO_INCREMENT: f64 = 3.0;
+const TO_PREVIOUS: f64 = 1.0;
 
 /// A refined hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,6 +110,7 @@ impl Refine {
                 }
             }
         }
+        self.inform(&mut best);
         best
     }
 
@@ -142,14 +143,19 @@ impl Refine {
         let cost_m = mean_of_smallest(&mut self.distances, keep_ratio).unwrap_or(field.cap_m());
         let limit_m = self.last_of(keep_ratio);
         self.limit_m = limit_m;
-        let (mut information, mut square_m2, mut count) = (Matrix6::zeros(), 0.0, 0.0);
-        for one in self.residuals.iter().filter(|one| one.distance_m <= limit_m) {
-            information.ger(one.share, &one.row, &one.row, 1.0);
+        let half_m = mean_of_smallest(&mut self.distances, 0.5).unwrap_or(field.cap_m());
+        Match { motion: *motion, cost_m, half_m, information: Matrix6::zeros(), square_m2: 0.0 }
+    }
+
+    /// Adds what the points say of the motion to the match that was weighed last.
+    fn inform(&self, best: &mut Match) {
+        let (mut square_m2, mut count) = (0.0, 0.0);
+        for one in self.residuals.iter().filter(|one| one.distance_m <= self.limit_m) {
+            best.information.ger(one.share, &one.row, &one.row, 1.0);
             square_m2 += one.share * one.distance_m * one.distance_m;
             count += one.share;
         }
-        let half_m = mean_of_smallest(&mut self.distances, 0.5).unwrap_or(field.cap_m());
-        Match { motion: *motion, cost_m, half_m, information, square_m2: square_m2 / f64::max(count, 1.0) }
+        best.square_m2 = square_m2 / f64::max(count, 1.0);
     }
 
     /// The distance of the last point that counts; `distances` are partly sorted.

@@ -48,6 +48,14 @@ pub(crate) struct Hypothesis {
     pub(crate) cost_m: f64,
 }
 
+impl Hypothesis {
+    /// Whether a pose is the same hypothesis.
+    pub(crate) fn is_near(&self, pose: &Vector3<f64>) -> bool {
+        let apart = self.pose - pose;
+        apart.xy().norm() <= DISTINCT_M && arborloop_base::wrap_angle(apart.z).abs() <= DISTINCT_RAD
+    }
+}
+
 /// Searches lattices; keeps its memory.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Search {
@@ -196,12 +204,7 @@ impl Search {
         let (scored, chosen) = (&self.scored, &mut self.chosen);
         chosen.clear();
         while chosen.len() < wanted {
-            let far = |one: &&Hypothesis| {
-                chosen.iter().all(|other| {
-                    let apart = one.pose - other.pose;
-                    apart.xy().norm() > DISTINCT_M || arborloop_base::wrap_angle(apart.z).abs() > DISTINCT_RAD
-                })
-            };
+            let far = |one: &&Hypothesis| chosen.iter().all(|other| !other.is_near(&one.pose));
             let best = scored.iter().filter(far).min_by(|a, b| a.cost_m.total_cmp(&b.cost_m));
             let Some(best) = best.copied() else { break };
             chosen.push(best);

@@ -47,8 +47,10 @@ pub struct MhdSettings {
     pub failed_match_m: f64,
     /// After a longer pause between sweeps the full circle is searched, seconds.
     pub pause_s: f64,
-    /// A new key frame is drawn into the map after this way, meters.
+    /// A new key frame is drawn into the map after this way, meters, of sweeps of many rings.
     pub key_step_m: f64,
+    /// A new key frame is drawn into the map after this way, meters, of planar sweeps: they say less and come seldom.
+    pub planar_key_step_m: f64,
     /// A new key frame is drawn into the map after this turn, radians.
     pub key_turn_rad: f64,
 }
@@ -66,7 +68,7 @@ impl Default for MhdSettings {
             bin_rad: 0.5_f64.to_radians(),
             cell_m: 0.07,
             planar_cell_m: 0.1,
-            distance_m_max: 0.7,
+            distance_m_max: 0.5,
             planar_distance_m_max: 1.0,
             keep_ratio: 0.8,
             planar_keep_ratio: 0.7,
@@ -74,7 +76,8 @@ impl Default for MhdSettings {
             poor_match_m: 0.08,
             failed_match_m: 0.06,
             pause_s: 8.0,
-            key_step_m: 0.15,
+            key_step_m: 0.25,
+            planar_key_step_m: 0.15,
             key_turn_rad: 0.1,
         }
     }
@@ -107,6 +110,7 @@ impl MhdSettings {
         within("failed_match_m", self.failed_match_m, 0.0, 5.0)?;
         within("pause_s", self.pause_s, 0.0, 1e9)?;
         within("key_step_m", self.key_step_m, 0.0, 10.0)?;
+        within("planar_key_step_m", self.planar_key_step_m, 0.0, 10.0)?;
         within("key_turn_rad", self.key_turn_rad, 0.0, 4.0)?;
         let edges = &self.layer_edges_m;
         let rising = edges.windows(2).all(|pair| pair[0] < pair[1]) && edges.iter().all(|e| e.is_finite());
