@@ -12,18 +12,20 @@
 //! Trunk and limb are one affine map per plant, so a beam is turned into a moving plant's frame and nothing is built
 //! anew. Everything is a pure function of place and time: any instant may be asked for, in any order.
 
+mod bend;
 mod gust;
 mod swing;
 
 use crate::Plant;
 use crate::shape::Leaf;
 use crate::spec::{SpecError, within};
-use arborloop_base::{Seed, Stream};
+use arborloop_base::Seed;
+pub use bend::Bend;
 use gust::{Gust, Record, SPEED_MPS_MAX};
-use nalgebra::{Affine3, Matrix3, Point3, Quaternion, UnitQuaternion, Vector2, Vector3};
+use nalgebra::{Affine3, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use swing::{Swing, sine};
+use swing::{Modes, sine};
 
 /// Leaves that move together: a prototype's leaves `8 k` to `8 k + 7` are its shoot `k`.
 pub const LEAVES_PER_SHOOT: usize = 8;
@@ -73,8 +75,6 @@ const TRUNK_HZ: [f64; 2] = [0.5, 1.5];
 const LIMB_HZ: [f64; 2] = [1.0, 3.0];
 const SHOOT_HZ: [f64; 2] = [2.0, 5.0];
 const LEAF_HZ: [f64; 2] = [3.0, 8.0];
-/// Share of a bend that is a steady lean before the wind; the rest swings about it.
-const LEAN_RATIO: f64 = 0.4;
 /// The gust record's spacing and length. It begins anew after 328 s.
 const GUST_STEP_S: f64 = 0.04;
 const GUST_STEPS: usize = 8192;
@@ -109,15 +109,6 @@ pub struct Wind {
     modes: Vec<Modes>,
 }
 
-/// One plant's own frequencies, Hz, and phases, turns.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Modes {
-    trunk: [Swing; 2],
-    limb: [Swing; 3],
-    shoots: [Swing; PITCHES],
-    leaves: [Swing; PITCHES],
-}
-
 /// Where a plant is at one instant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sway {
@@ -127,8 +118,8 @@ pub struct Sway {
     pub shoot_m: f64,
     /// Phases of the shoots' frequencies, turns in [0, 1); shoot `k` follows entry `k % 4`.
     pub shoot_turns: [f64; PITCHES],
-    /// How far a leaf turns at most, radians. What swings is the turn's sine.
-    pub leaf_rad: f64,
+    /// Sine of a leaf's farthest turn. What swings is the sine.
+    pub leaf_sin: f64,
     /// Phases of the leaves' frequencies, turns in [0, 1); leaf `j` follows entry `j % 4`, ahead by its own turns among
     /// [`LEAF_PHASES`].
     pub leaf_turns: [f64; PITCHES],
@@ -179,34 +170,20 @@ impl Wind {
     }
 
     /// How much later than at the origin a gust is at a place, in a wind that blows.
+    #[inline(always)]
     fn delay_s(&self, x: f64, y: f64) -> f64 {
         self.delay_s_per_m.x * x + self.delay_s_per_m.y * y
     }
 
     /// Where the plant with this index among the world's is at an instant, `seconds` on the simulation's clock.
     pub fn sway(&self, index: usize, plant: &Plant, seconds: f64) -> Sway {
-        let Some(modes) = self.modes.get(index) else { return Sway::at_rest(plant) };
-        let hinge = &plant.hinge;
-        let gust = self.record.at(seconds - self.delay_s(hinge.foot.x, hinge.foot.y));
-        let bend = gust.bending;
-        let [along, across] = modes.trunk.map(|swing| swing.at(seconds));
-        let top = bend * TRUNK_M * (self.toward * (LEAN_RATIO + (1.0 - LEAN_RATIO) * along))
-            + bend * TRUNK_M * 0.5 * across * Vector2::new(-self.toward.y, self.toward.x);
-        let [pitch, yaw, roll] = modes.limb.map(|swing| swing.at(seconds));
-        let tip_rad = bend * LIMB_M / hinge.reach_m;
-        // Leaning before the wind is a turn about the level line across it.
-        let lean = Vector3::new(-self.toward.y, self.toward.x, 0.0);
-        let turn = tip_rad
-            * (lean * (LEAN_RATIO + (1.0 - LEAN_RATIO) * pitch)
-                + 0.4 * yaw * Vector3::z()
-                + 0.3 * roll * Vector3::new(self.toward.x, self.toward.y, 0.0));
-        let scale = plant.world_from_plant.scaling();
+        let Some(bend) = self.bend(index, plant, seconds) else { return Sway::at_rest(plant) };
         Sway {
-            world_from_plant: bent(plant, top, turn),
-            shoot_m: bend * SHOOT_M / scale,
-            shoot_turns: modes.shoots.map(|swing| swing.turns(seconds)),
-            leaf_rad: gust.flutter * LEAF_RAD,
-            leaf_turns: modes.leaves.map(|swing| swing.turns(seconds)),
+            world_from_plant: bend.world_from_plant(plant),
+            shoot_m: bend.shoot_m,
+            shoot_turns: bend.shoot_turns,
+            leaf_sin: bend.leaf_sin,
+            leaf_turns: bend.leaf_turns,
         }
     }
 
@@ -246,7 +223,7 @@ impl Sway {
             world_from_plant: Affine3::from_matrix_unchecked(plant.world_from_plant.to_homogeneous()),
             shoot_m: 0.0,
             shoot_turns: [0.0; PITCHES],
-            leaf_rad: 0.0,
+            leaf_sin: 0.0,
             leaf_turns: [0.0; PITCHES],
         }
     }
@@ -257,7 +234,7 @@ impl Sway {
         let shoot = index / LEAVES_PER_SHOOT;
         let shift =
             self.shoot_m * swing_of(self.shoot_turns[shoot % PITCHES], shoot) * shoot_direction(shoot);
-        let sin = self.leaf_rad.sin() * swing_of(self.leaf_turns[index % PITCHES], index % LEAF_PHASES);
+        let sin = self.leaf_sin * swing_of(self.leaf_turns[index % PITCHES], index % LEAF_PHASES);
         let cos = (1.0 - sin * sin).sqrt();
         let normal = rest.half_u.cross(&rest.half_v);
         Leaf {
@@ -285,39 +262,4 @@ pub fn swing_of(turns: f64, number: usize) -> f64 {
 /// By how many turns member `number` of a family is ahead of the shared phase, in [0, 1).
 pub fn own_turns(number: usize) -> f64 {
     (number as f64 * GOLDEN_TURNS).fract()
-}
-
-/// From the plant's frame to the world: the trunk's lean after the limb's turn about its fork. The turn is Cayley's map of
-/// the vector, a rotation by twice the arc tangent of half its length.
-fn bent(plant: &Plant, top_m: Vector2<f64>, turn: Vector3<f64>) -> Affine3<f64> {
-    let hinge = &plant.hinge;
-    let rotation = UnitQuaternion::new_normalize(Quaternion::from_parts(1.0, 0.5 * turn));
-    let rest = &plant.world_from_plant;
-    let turned: Matrix3<f64> = (rotation * rest.isometry.rotation).to_rotation_matrix().into_inner();
-    let place = hinge.fork.coords + rotation * (rest.isometry.translation.vector - hinge.fork.coords);
-    let mut map = Affine3::identity();
-    let share = (hinge.height_m - STILL_BELOW_M).max(STILL_BELOW_M).recip();
-    let above_m = place.z - hinge.foot.z - STILL_BELOW_M;
-    for row in 0..3 {
-        let lean = if row < 2 { top_m[row] * share } else { 0.0 };
-        for column in 0..3 {
-            map.matrix_mut_unchecked()[(row, column)] =
-                rest.scaling() * (turned[(row, column)] + lean * turned[(2, column)]);
-        }
-        map.matrix_mut_unchecked()[(row, 3)] = place[row] + lean * above_m;
-    }
-    map
-}
-
-impl Modes {
-    fn new(plant: &Plant, index: usize, trees: Stream, limbs: Stream) -> Self {
-        let mut tree = trees.at(u64::from(plant.instance));
-        let mut limb = limbs.at(index as u64);
-        Modes {
-            trunk: std::array::from_fn(|_| Swing::draw(TRUNK_HZ, &mut tree)),
-            limb: std::array::from_fn(|_| Swing::draw(LIMB_HZ, &mut limb)),
-            shoots: std::array::from_fn(|_| Swing::draw(SHOOT_HZ, &mut limb)),
-            leaves: std::array::from_fn(|_| Swing::draw(LEAF_HZ, &mut limb)),
-        }
-    }
 }

@@ -17,6 +17,7 @@ mod patch;
 mod pole;
 mod shoot;
 mod simd;
+mod upper;
 mod walk;
 
 use super::boxes::Aabb;
@@ -34,6 +35,7 @@ use node::{Child, Node};
 use pole::Pole;
 use shoot::Shoot;
 pub use simd::InstructionSet;
+use upper::{Fitted, Upper};
 use walk::Pending;
 
 /// Boxes are this much wider than what is in them, meters: more than single precision loses at a kilometer.
@@ -52,7 +54,7 @@ pub(super) struct Scene {
     isa: InstructionSet,
     /// Single-precision coordinates are seen from here.
     center: Point3<f64>,
-    top: Vec<Node>,
+    upper: Upper,
     soil: Soil,
     solids: Vec<Pole>,
     plants: Vec<Standing>,
@@ -85,6 +87,7 @@ struct Grown {
 #[derive(Debug)]
 pub(super) struct Worker {
     knots: Knots,
+    fitted: Fitted,
     stack: Vec<Pending>,
 }
 
@@ -125,7 +128,7 @@ impl Scene {
         let mut scene = Scene {
             isa: InstructionSet::widest(),
             center,
-            top: Vec::new(),
+            upper: Upper::new(Vec::new(), &[]),
             soil: Soil::new(&world.terrain, &center),
             solids: world.solids.iter().map(|solid| Pole::new(&solid.shape, &center)).collect(),
             plants: world
@@ -141,11 +144,11 @@ impl Scene {
             boxes.push(bounds.transformed(|corner| Point3::from(corner - center)));
             children.push(Child::new(SOLID, index));
         }
-        for (index, plant) in world.plants.iter().enumerate() {
-            boxes.push(scene.filled(plant, index, &world.wind.drift_max(plant)));
+        for index in 0..world.plants.len() {
+            boxes.push(scene.plants[index].resting);
             children.push(Child::new(PLANT, index));
         }
-        scene.top = node::tree(&boxes, &children);
+        scene.upper = Upper::new(boxes, &children);
         scene
     }
 
@@ -154,7 +157,11 @@ impl Scene {
     }
 
     pub(super) fn worker(&self, world: &World) -> Worker {
-        Worker { knots: Knots::new(world), stack: Vec::with_capacity(256) }
+        Worker {
+            knots: Knots::new(self, world),
+            fitted: self.upper.fitted(world),
+            stack: Vec::with_capacity(256),
+        }
     }
 
     /// What each ray meets first, in order; `found` is as long as `rays`.
@@ -178,7 +185,7 @@ impl Scene {
         stamp: Time,
         worker: &'a mut Worker,
     ) -> Between<'a> {
-        worker.knots.at(world, index, stamp)
+        worker.knots.at(self, world, index, stamp)
     }
 
     /// From the world to a plant at an instant.
@@ -228,7 +235,7 @@ impl Scene {
         }
         let grown = |one: &Grown| of(&one.nodes) + of(&one.mobility) + of(&one.shoots) + of(&one.branches);
         let shared: usize = self.grown.iter().map(grown).sum();
-        of(&self.top) + self.soil.bytes() + of(&self.solids) + of(&self.plants) + shared
+        self.upper.bytes() + self.soil.bytes() + of(&self.solids) + of(&self.plants) + shared
     }
 }
 

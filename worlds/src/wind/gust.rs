@@ -86,6 +86,7 @@ impl Record {
     }
 
     /// At an instant of the record's own time.
+    #[inline(always)]
     pub(super) fn at(&self, seconds: f64) -> Gust {
         let (step, share) = place(seconds);
         let (a, b) = (self.entry(step), self.entry(step + 1));
@@ -109,12 +110,14 @@ impl Record {
         self.0.iter().copied().fold(Gust::default(), Gust::most)
     }
 
+    #[inline(always)]
     fn entry(&self, step: i64) -> Gust {
         self.0[step.rem_euclid(GUST_STEPS as i64) as usize]
     }
 }
 
 /// The entry before an instant, and how far on to the next one it is.
+#[inline(always)]
 fn place(seconds: f64) -> (i64, f64) {
     let at = seconds * (1.0 / GUST_STEP_S);
     let step = floor(at);

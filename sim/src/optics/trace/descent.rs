@@ -35,7 +35,7 @@ impl simd::Job for Tracing<'_> {
             let origin = packet.origin - self.scene.center;
             let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
             let beams = Beams::<I>::new(origin, wide.direction, wide.mask);
-            let Worker { knots, stack } = &mut *self.worker;
+            let Worker { knots, fitted, stack } = &mut *self.worker;
             let mut visit = InWorld {
                 scene: self.scene,
                 world: self.world,
@@ -44,7 +44,8 @@ impl simd::Job for Tracing<'_> {
                 beams: &beams,
                 knots,
             };
-            walk::walk(&self.scene.top, &beams, wide.mask, &AtRest, &mut nearest, stack, &mut visit);
+            let top = fitted.at(self.scene, self.world, packet.stamp);
+            walk::walk(top, &beams, wide.mask, &AtRest, &mut nearest, stack, &mut visit);
             let mut ranges = [0.0_f32; packet::GROUP];
             nearest.range.sub(wide.ahead).store(&mut ranges);
             let mut lane = 0;
@@ -104,7 +105,7 @@ impl<I: Isa> Visit<I> for InWorld<'_, I> {
         if child.kind() == PLANT {
             simd::prefetch(&self.scene.plants[child.index()]);
             if self.world.wind.blows() {
-                self.knots.foresee(child.index());
+                self.knots.foresee(child.index(), self.stamp);
             }
         }
     }
@@ -117,14 +118,8 @@ impl<I: Isa> InWorld<'_, I> {
         let (scene, all, packet_origin) = (self.scene, self.beams, self.packet_origin);
         let standing = &scene.plants[index];
         let grown = &scene.grown[standing.prototype as usize];
-        let mut mask = mask;
         let (map, flutter) = if self.world.wind.blows() {
-            let room = self.knots.room(scene, self.world, index, self.stamp);
-            mask = all.entering(&room.low, &room.high, mask, nearest);
-            if mask == 0 {
-                return;
-            }
-            let moment = self.knots.near(self.world, index, self.stamp);
+            let moment = self.knots.near(scene, self.world, index, self.stamp);
             (&moment.plant_from_world, Some(&moment.flutter))
         } else {
             (&standing.plant_from_world, None)

@@ -160,8 +160,9 @@ mod tests {
         let grown = Grown::new(&world.prototypes[plant.prototype]).0;
         let mut tightest = f64::INFINITY;
         for step in 0..40 {
-            let sway = world.wind.sway(0, plant, 1.0 + 0.73 * f64::from(step));
-            let flutter = Flutter::new(&sway);
+            let seconds = 1.0 + 0.73 * f64::from(step);
+            let sway = world.wind.sway(0, plant, seconds);
+            let flutter = Flutter::new(&world.wind.bend(0, plant, seconds).unwrap());
             let ease =
                 Swaying { mobility: &grown.mobility, flutter: &flutter, half_v_m_max: grown.half_v_m_max };
             for (index, node) in grown.nodes.iter().enumerate() {

@@ -1,7 +1,6 @@
 //! How the shoots and leaves of one plant move at an instant.
 
-use arborloop_worlds::Sway;
-use arborloop_worlds::wind::{LEAF_PHASES, LEAVES_PER_SHOOT, own_turns};
+use arborloop_worlds::wind::{Bend, LEAF_PHASES, LEAVES_PER_SHOOT, own_turns};
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
@@ -33,29 +32,39 @@ static AHEAD: LazyLock<[[[f32; 8]; 2]; STEPS]> = LazyLock::new(|| {
 });
 
 impl Flutter {
-    pub(super) fn new(sway: &Sway) -> Self {
+    #[inline(always)]
+    pub(super) fn new(bend: &Bend) -> Self {
         let mut turns = [0.0_f32; 16];
-        for (slot, turns) in turns.iter_mut().enumerate() {
-            *turns = if slot < 8 { sway.shoot_turns[slot % 4] } else { sway.leaf_turns[slot % 4] } as f32;
+        let mut slot = 0;
+        while slot < 8 {
+            turns[slot] = bend.shoot_turns[slot % 4] as f32;
+            turns[8 + slot] = bend.leaf_turns[slot % 4] as f32;
+            slot += 1;
         }
         let (sin, cos) = (sines(&turns, 0.0), sines(&turns, 0.25));
-        let leaf_sin = sway.leaf_rad.sin() as f32;
-        let mut leaves = [[[0.0; 8]; 2]; STEPS];
-        for ([turn_sin, turn_cos], [ahead_sin, ahead_cos]) in leaves.iter_mut().zip(AHEAD.iter()) {
-            for (slot, turn_sin) in turn_sin.iter_mut().enumerate() {
-                let swing = sin[8 + slot] * ahead_cos[slot] + cos[8 + slot] * ahead_sin[slot];
-                *turn_sin = leaf_sin * swing;
+        let (shoot_m, leaf_sin) = (bend.shoot_m as f32, bend.leaf_sin as f32);
+        let mut flutter =
+            Flutter { leaves: [[[0.0; 8]; 2]; STEPS], shoots: [[0.0; 8]; 2], shoot_m, leaf_sin };
+        let ahead: &[[[f32; 8]; 2]; STEPS] = &AHEAD;
+        let mut step = 0;
+        while step < STEPS {
+            let mut slot = 0;
+            while slot < 8 {
+                let [ahead_sin, ahead_cos] = [ahead[step][0][slot], ahead[step][1][slot]];
+                let turn_sin = leaf_sin * (sin[8 + slot] * ahead_cos + cos[8 + slot] * ahead_sin);
+                flutter.leaves[step][0][slot] = turn_sin;
+                flutter.leaves[step][1][slot] = (1.0 - turn_sin * turn_sin).sqrt();
+                slot += 1;
             }
-            for (turn_cos, turn_sin) in turn_cos.iter_mut().zip(turn_sin) {
-                *turn_cos = (1.0 - *turn_sin * *turn_sin).sqrt();
-            }
+            step += 1;
         }
-        let mut shoots = [[0.0; 8]; 2];
-        let shoot_m = sway.shoot_m as f32;
-        for slot in 0..8 {
-            (shoots[0][slot], shoots[1][slot]) = (shoot_m * sin[slot], shoot_m * cos[slot]);
+        let mut slot = 0;
+        while slot < 8 {
+            flutter.shoots[0][slot] = shoot_m * sin[slot];
+            flutter.shoots[1][slot] = shoot_m * cos[slot];
+            slot += 1;
         }
-        Flutter { leaves, shoots, shoot_m, leaf_sin }
+        flutter
     }
 
     /// Sines and cosines of the phases that shoots share, times their farthest shift; shoot `k`'s in entry `k % 4`.
@@ -81,18 +90,21 @@ impl Flutter {
 
 /// Sines of angles in turns, each further by `more`, within 4e-6: Taylor's series up to the ninth power on a quarter
 /// turn. Angles and their sums are in [0, 2).
+#[inline(always)]
 fn sines(turns: &[f32; 16], more: f32) -> [f32; 16] {
     let mut sines = [0.0; 16];
-    for (sine, turns) in sines.iter_mut().zip(turns) {
-        let turns = turns + more;
-        let turns = turns - (turns as i32) as f32;
+    let mut each = 0;
+    while each < 16 {
+        let turns = turns[each] + more;
+        let turns = if turns >= 1.0 { turns - 1.0 } else { turns };
         let share = if turns > 0.5 { turns - 1.0 } else { turns };
         let x = std::f32::consts::TAU * (0.25 - (share.abs() - 0.25).abs());
         let square = x * x;
         let series = square * (1.0 / 362_880.0) - 1.0 / 5040.0;
         let series = square * series + 1.0 / 120.0;
         let series = square * series - 1.0 / 6.0;
-        *sine = (square * series * x + x).copysign(share);
+        sines[each] = (square * series * x + x).copysign(share);
+        each += 1;
     }
     sines
 }

@@ -4,11 +4,12 @@
 //! off by half a millimeter at most; exact hits interpolate linearly between two, which at 3 Hz and 10 cm is off by 5
 //! micrometers. Knots stand at fixed instants, so neither packets nor threads have a say in the result.
 
-use super::super::boxes::Aabb;
 use super::flutter::Flutter;
-use super::{MARGIN_M, Scene};
+use super::lanes::Isa;
+use super::{Scene, Standing, simd};
 use arborloop_base::Time;
-use arborloop_worlds::{Plant, Sway, World};
+use arborloop_worlds::World;
+use arborloop_worlds::wind::Bend;
 use nalgebra::{Affine3, Point3, Vector3};
 
 /// An affine map, row by row.
@@ -20,15 +21,22 @@ impl Map {
         Map(std::array::from_fn(|row| std::array::from_fn(|column| map.matrix()[(row, column)])))
     }
 
-    /// The way back, by the adjugate. A map that flattens space leads nowhere: its way back is not a number.
-    fn inverse_of(map: &Affine3<f64>) -> Self {
-        let matrix = map.matrix();
-        let column = |n: usize| Vector3::new(matrix[(0, n)], matrix[(1, n)], matrix[(2, n)]);
-        let (a, b, c) = (column(0), column(1), column(2));
-        let first = b.cross(&c);
-        let scale = a.dot(&first).recip();
-        let rows = [first * scale, c.cross(&a) * scale, a.cross(&b) * scale];
-        Map(rows.map(|row| [row.x, row.y, row.z, -row.dot(&column(3))]))
+    /// This map after another.
+    #[inline(always)]
+    fn after(&self, first: &[[f64; 4]; 3]) -> Self {
+        let mut map = *self;
+        let mut row = 0;
+        while row < 3 {
+            let [a, b, c, d] = self.0[row];
+            let mut column = 0;
+            while column < 4 {
+                map.0[row][column] = a * first[0][column] + b * first[1][column] + c * first[2][column];
+                column += 1;
+            }
+            map.0[row][3] += d;
+            row += 1;
+        }
+        map
     }
 
     #[inline(always)]
@@ -58,65 +66,47 @@ pub(in crate::optics) struct Moment {
 const KNOT_NS: i64 = 1_000_000;
 /// A knot that no instant is near.
 const NEVER: i64 = i64::MIN;
-/// Knots of a plant that are remembered: rays of a packet may lie on both sides of one, and each needs two.
-const KEPT: usize = 4;
-/// What a plant may fill is bounded for as many knots at once; a gust takes seconds to grow.
-const KNOTS_PER_ROOM: i64 = 400;
+/// Knots of a plant that are remembered: those before and after an instant.
+const KEPT: usize = 2;
 
 /// What was last asked for, per plant. One per thread.
 #[derive(Debug)]
 pub(in crate::optics) struct Knots {
     moments: Vec<[(i64, Moment); KEPT]>,
-    rooms: Vec<Room>,
-}
-
-/// A box, seen from the scene's center, that a plant does not leave for a while.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Room {
-    number: i64,
-    pub(super) low: [f32; 3],
-    pub(super) high: [f32; 3],
 }
 
 impl Knots {
     /// Nothing is remembered where nothing moves.
-    pub(in crate::optics) fn new(world: &World) -> Self {
-        let rest = |plant: &Plant| [(NEVER, Moment::new(&Sway::at_rest(plant))); KEPT];
-        let room = Room { number: NEVER, low: [0.0; 3], high: [0.0; 3] };
-        let count = if world.wind.blows() { world.plants.len() } else { 0 };
-        Knots { moments: world.plants.iter().take(count).map(rest).collect(), rooms: vec![room; count] }
+    pub(super) fn new(scene: &Scene, world: &World) -> Self {
+        let count = if world.wind.blows() { scene.plants.len() } else { 0 };
+        let rest = |plant: &Standing| {
+            let moment =
+                Moment { plant_from_world: plant.plant_from_world, flutter: Flutter::new(&Bend::default()) };
+            [(NEVER, moment); KEPT]
+        };
+        Knots { moments: scene.plants.iter().take(count).map(rest).collect() }
     }
 
     /// The plant at the knot that is nearest to an instant.
     #[inline(always)]
-    pub(super) fn near(&mut self, world: &World, index: usize, stamp: Time) -> &Moment {
+    pub(super) fn near(&mut self, scene: &Scene, world: &World, index: usize, stamp: Time) -> &Moment {
         let knot = nearest(stamp);
-        self.tie(world, index, knot);
+        self.tie(scene, world, index, knot);
         &self.moments[index][slot(knot)].1
     }
 
-    /// Asks the processor to fetch what [`Self::room`] reads.
+    /// Asks the processor to fetch what [`Self::near`] reads.
     #[inline(always)]
-    pub(super) fn foresee(&self, index: usize) {
-        super::simd::prefetch(&self.rooms[index]);
-    }
-
-    /// What the plant fills at most at the knot that is nearest to an instant.
-    #[inline(always)]
-    pub(super) fn room(&mut self, scene: &Scene, world: &World, index: usize, stamp: Time) -> &Room {
-        let number = nearest(stamp).div_euclid(KNOTS_PER_ROOM);
-        if self.rooms[index].number != number {
-            self.rooms[index] = Room::new(scene, world, index, number);
-        }
-        &self.rooms[index]
+    pub(super) fn foresee(&self, index: usize, stamp: Time) {
+        simd::prefetch(&self.moments[index][slot(nearest(stamp))]);
     }
 
     /// The plant at an instant.
     #[inline(always)]
-    pub(in crate::optics) fn at(&mut self, world: &World, index: usize, stamp: Time) -> Between<'_> {
+    pub(super) fn at(&mut self, scene: &Scene, world: &World, index: usize, stamp: Time) -> Between<'_> {
         let (knot, share) = (stamp.nanos().div_euclid(KNOT_NS), stamp.nanos().rem_euclid(KNOT_NS));
-        self.tie(world, index, knot);
-        self.tie(world, index, knot + 1);
+        self.tie(scene, world, index, knot);
+        self.tie(scene, world, index, knot + 1);
         let known = &self.moments[index];
         Between {
             ends: [&known[slot(knot)].1, &known[slot(knot + 1)].1],
@@ -125,11 +115,11 @@ impl Knots {
     }
 
     #[inline(always)]
-    fn tie(&mut self, world: &World, index: usize, knot: i64) {
+    fn tie(&mut self, scene: &Scene, world: &World, index: usize, knot: i64) {
         let (known, moment) = &mut self.moments[index][slot(knot)];
         if *known != knot {
             *known = knot;
-            remember(world, index, knot, moment);
+            simd::run(scene.isa, Tying { scene, world, index, knot, moment });
         }
     }
 }
@@ -144,25 +134,27 @@ fn slot(knot: i64) -> usize {
     knot as usize % KEPT
 }
 
-#[inline(never)]
-fn remember(world: &World, index: usize, knot: i64, moment: &mut Moment) {
-    let seconds = Time::from_nanos(knot * KNOT_NS).seconds();
-    *moment = Moment::new(&world.wind.sway(index, &world.plants[index], seconds));
+/// Working out where a plant is at a knot.
+struct Tying<'a> {
+    scene: &'a Scene,
+    world: &'a World,
+    index: usize,
+    knot: i64,
+    moment: &'a mut Moment,
 }
 
-impl Room {
-    #[cold]
-    #[inline(never)]
-    fn new(scene: &Scene, world: &World, index: usize, number: i64) -> Self {
+impl simd::Job for Tying<'_> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Tying { scene, world, index, knot, moment } = self;
         let plant = &world.plants[index];
-        let at = |knots: i64| Time::from_nanos(number * KNOTS_PER_ROOM * KNOT_NS + knots * KNOT_NS).seconds();
-        let drift = world.wind.drift_between(plant, at(-1), at(KNOTS_PER_ROOM + 1));
-        let bounds: Aabb = scene.filled(plant, index, &drift);
-        let margin = f64::from(MARGIN_M);
-        Room {
-            number,
-            low: (bounds.low.coords.add_scalar(-margin)).map(|x| x as f32).into(),
-            high: (bounds.high.coords.add_scalar(margin)).map(|x| x as f32).into(),
+        let seconds = Time::from_nanos(knot * KNOT_NS).seconds();
+        if let Some(bend) = world.wind.bend(index, plant, seconds) {
+            let rest = &scene.plants[index].plant_from_world;
+            moment.plant_from_world = rest.after(&bend.rest_from_now(&plant.hinge));
+            moment.flutter = Flutter::new(&bend);
         }
     }
 }
@@ -199,11 +191,5 @@ impl Between<'_> {
     pub(super) fn of(&self, number: impl Fn(&Flutter) -> f32) -> f64 {
         let [from, to] = self.ends;
         self.mixed(f64::from(number(&from.flutter)), f64::from(number(&to.flutter)))
-    }
-}
-
-impl Moment {
-    fn new(sway: &Sway) -> Self {
-        Moment { plant_from_world: Map::inverse_of(&sway.world_from_plant), flutter: Flutter::new(sway) }
     }
 }

@@ -119,14 +119,29 @@ impl Node {
     }
 
     fn hang(&mut self, slot: usize, part: &Aabb, child: Child) {
-        for axis in 0..3 {
-            let steps = |place: f64| (place - f64::from(self.low[axis])) / f64::from(self.step[axis]);
-            // The cast saturates.
-            self.from[axis][slot] = steps(part.low[axis]).floor() as u8;
-            self.to[axis][slot] = steps(part.high[axis]).ceil() as u8;
-        }
+        self.hold(slot, part);
         self.children[slot] = child;
         self.filled |= 1 << slot | if child.kind() == Child::NODE { NODES } else { 0 };
+    }
+
+    /// Holds a child in a box inside the node's own.
+    fn hold(&mut self, slot: usize, part: &Aabb) {
+        for axis in 0..3 {
+            let steps = |place: f64| (place - f64::from(self.low[axis])) / f64::from(self.step[axis]);
+            // Casts saturate.
+            let (low, high) = (steps(part.low[axis]), steps(part.high[axis]));
+            self.from[axis][slot] = low as u8;
+            self.to[axis][slot] = (high as u8).saturating_add(u8::from(high > f64::from(high as u8)));
+        }
+    }
+
+    /// Holds the children that are there in these boxes, `whole` around all of them.
+    pub(super) fn fit(&mut self, whole: &Aabb, parts: &[Aabb; 8]) {
+        let Node { low, step, .. } = Node::around(whole);
+        (self.low, self.step) = (low, step);
+        for (slot, _) in self.things() {
+            self.hold(slot, &parts[slot]);
+        }
     }
 
     /// Whether some child is a node.
@@ -136,8 +151,11 @@ impl Node {
     }
 
     /// The children that are there, with their places.
-    pub(super) fn things(&self) -> impl Iterator<Item = (usize, Child)> {
-        (0..8).filter(|slot| self.filled >> slot & 1 == 1).map(|slot| (slot, self.children[slot]))
+    pub(super) fn things(&self) -> impl Iterator<Item = (usize, Child)> + use<> {
+        {
+            let (filled, children) = (self.filled, self.children);
+            (0..8).filter(move |slot| filled >> slot & 1 == 1).map(move |slot| (slot, children[slot]))
+        }
     }
 }
 

@@ -89,8 +89,11 @@ mod x86 {
     use super::Job;
     use std::arch::x86_64::*;
 
+    /// Not inlined, so that a job within a job leaves the outer one's registers alone.
+    ///
     /// # Safety
     /// The processor has AVX-512F, AVX2 and FMA.
+    #[inline(never)]
     #[target_feature(enable = "avx512f,avx2,fma")]
     pub(super) unsafe fn with_avx512<J: Job>(job: J) -> J::Out {
         job.run::<Avx512>()
@@ -98,6 +101,7 @@ mod x86 {
 
     /// # Safety
     /// The processor has AVX2 and FMA.
+    #[inline(never)]
     #[target_feature(enable = "avx2,fma")]
     pub(super) unsafe fn with_avx2<J: Job>(job: J) -> J::Out {
         job.run::<Avx2>()

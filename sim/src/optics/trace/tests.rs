@@ -228,12 +228,13 @@ fn a_beam_from_inside_a_trunk_meets_its_bark_and_one_from_under_the_soil_meets_i
 #[test]
 fn placements_between_knots_are_the_wind_s_own_within_fifty_micrometers() {
     let world = grove(10.0);
-    let mut knots = Knots::new(&world);
+    let scene = Scene::new(&world);
+    let mut knots = Knots::new(&scene, &world);
     let mut worst = 0.0_f64;
     for step in 0..20_000 {
         let stamp = Time::from_nanos(1_000_000_000 + step * 437_123);
         for (index, plant) in world.plants.iter().enumerate() {
-            let found = knots.at(&world, index, stamp);
+            let found = knots.at(&scene, &world, index, stamp);
             let wanted = world.wind.sway(index, plant, stamp.seconds());
             // The farthest tip.
             let tip = Point3::new(0.8, 0.8, 1.8);

@@ -116,22 +116,6 @@ impl<I: Isa> Beams<I> {
         }
         beams
     }
-
-    /// Which beams of the mask enter a box, before what they have met.
-    #[inline(always)]
-    pub(super) fn entering(&self, low: &[f32; 3], high: &[f32; 3], mask: u32, nearest: &Nearest<I>) -> u32 {
-        let mut enter = nearest.begin;
-        let mut leave = nearest.range;
-        let mut axis = 0;
-        while axis < 3 {
-            let a = I::Wide::splat(low[axis] - self.origin[axis]).mul(self.inverse[axis]);
-            let b = I::Wide::splat(high[axis] - self.origin[axis]).mul(self.inverse[axis]);
-            enter = a.min(b).max(enter);
-            leave = a.max(b).min(leave);
-            axis += 1;
-        }
-        enter.le(leave) & mask
-    }
 }
 
 impl<I: Isa> Nearest<I> {
