@@ -20,7 +20,7 @@ use crate::Plant;
 use crate::shape::Leaf;
 use crate::spec::{SpecError, within};
 use arborloop_base::Seed;
-pub use bend::Bend;
+pub use bend::{Bend, Stem};
 use gust::{Gust, Record, SPEED_MPS_MAX};
 use nalgebra::{Affine3, Point3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -106,7 +106,7 @@ pub struct Wind {
     record: Record,
     /// The most that the record holds.
     most: Gust,
-    modes: Vec<Modes>,
+    stems: Vec<Stem>,
 }
 
 /// Where a plant is at one instant.
@@ -146,14 +146,24 @@ impl Wind {
             false => Record::still(),
         };
         let (trees, limbs) = (seed.stream("world/wind/tree"), seed.stream("world/wind/limb"));
-        let modes = if spec.mean_mps > 0.0 {
-            plants.iter().enumerate().map(|(index, plant)| Modes::new(plant, index, trees, limbs)).collect()
-        } else {
-            Vec::new()
-        };
         let toward = Vector2::new(cos, sin);
         let delay_s_per_m = toward / spec.mean_mps.max(f64::MIN_POSITIVE);
-        Wind { spec: spec.clone(), toward, delay_s_per_m, most: record.most(), record, modes }
+        let mut wind = Wind {
+            spec: spec.clone(),
+            toward,
+            delay_s_per_m,
+            most: record.most(),
+            record,
+            stems: Vec::new(),
+        };
+        if wind.blows() {
+            let stem = |(index, plant): (usize, &Plant)| {
+                let delay_s = wind.delay_s(plant.hinge.foot.x, plant.hinge.foot.y);
+                Stem::new(plant, Modes::new(plant, index, trees, limbs), delay_s)
+            };
+            wind.stems = plants.iter().enumerate().map(stem).collect();
+        }
+        wind
     }
 
     /// Whether anything moves at all.
@@ -177,13 +187,16 @@ impl Wind {
 
     /// Where the plant with this index among the world's is at an instant, `seconds` on the simulation's clock.
     pub fn sway(&self, index: usize, plant: &Plant, seconds: f64) -> Sway {
-        let Some(bend) = self.bend(index, plant, seconds) else { return Sway::at_rest(plant) };
+        let (Some(bend), Some(stem)) = (self.bend(index, seconds), self.stem(index)) else {
+            return Sway::at_rest(plant);
+        };
+        let [.., s0, s1, s2, s3, l0, l1, l2, l3] = stem.turns(seconds);
         Sway {
             world_from_plant: bend.world_from_plant(plant),
             shoot_m: bend.shoot_m,
-            shoot_turns: bend.shoot_turns,
+            shoot_turns: [s0, s1, s2, s3],
             leaf_sin: bend.leaf_sin,
-            leaf_turns: bend.leaf_turns,
+            leaf_turns: [l0, l1, l2, l3],
         }
     }
 

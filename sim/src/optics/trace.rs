@@ -61,11 +61,12 @@ pub(super) struct Scene {
     grown: Vec<Grown>,
 }
 
-/// A plant at rest.
+/// A plant at rest. What the tracer reads comes first, in two lines of memory.
 #[derive(Debug)]
+#[repr(C, align(64))]
 struct Standing {
-    prototype: u32,
     plant_from_world: Map,
+    prototype: u32,
     world_from_plant: Map,
     /// Around all of it, seen from the scene's center.
     resting: Aabb,

@@ -1,11 +1,10 @@
 //! How a plant bends at an instant, in the few numbers that everything else follows from.
 
 use super::gust::Gust;
-use super::swing::sines;
-use super::{Hinge, LEAF_RAD, LIMB_M, PITCHES, SHOOT_M, STILL_BELOW_M, TRUNK_M, Wind};
+use super::swing::{MODES, Modes, sine};
+use super::{LIMB_M, SHOOT_M, STILL_BELOW_M, TRUNK_M, Wind};
 use crate::Plant;
 use nalgebra::{Affine3, Matrix3, Quaternion, UnitQuaternion, Vector3};
-use std::f64::consts::TAU;
 
 /// Share of a bend that is a steady lean before the wind; the rest swings about it.
 const LEAN_RATIO: f64 = 0.4;
@@ -15,46 +14,98 @@ const LEAN_RATIO: f64 = 0.4;
 pub struct Bend {
     /// How far the trunk is aside, world x and y, for each meter above where it stands still.
     pub lean_ratio: [f64; 2],
+    /// The height where it stands still, world z, meters.
+    pub still_m: f64,
     /// The limb's turn about its fork, world frame: by Cayley's map, a rotation by twice the arc tangent of half the
     /// vector's length.
     pub turn_rad: [f64; 3],
+    /// The fork, world frame.
+    pub fork: [f64; 3],
     /// How far a shoot shifts at most, plant frame, meters.
     pub shoot_m: f64,
-    /// Phases of the shoots' frequencies: see [`super::Sway::shoot_turns`].
-    pub shoot_turns: [f64; PITCHES],
     /// Sine of a leaf's farthest turn.
     pub leaf_sin: f64,
-    /// Phases of the leaves' frequencies: see [`super::Sway::leaf_turns`].
-    pub leaf_turns: [f64; PITCHES],
+}
+
+/// What the wind knows of a plant, in three lines of memory: it is read anew for each plant and instant. Opaque; who
+/// knows that [`Wind::bend`] comes may ask the processor to fetch it.
+#[derive(Debug, Clone, PartialEq)]
+#[repr(C, align(64))]
+pub struct Stem {
+    modes: Modes,
+    /// How much later than at the origin gusts are here.
+    delay_s: f64,
+    /// At a bending of one: how far aside the trunk is for each meter, the limb's turn, how far a shoot shifts.
+    lean_ratio: f64,
+    turn_rad: f64,
+    shoot_m: f64,
+    fork: [f64; 3],
+    still_m: f64,
+}
+
+impl Stem {
+    pub(super) fn new(plant: &Plant, modes: Modes, delay_s: f64) -> Self {
+        let hinge = &plant.hinge;
+        Stem {
+            modes,
+            delay_s,
+            lean_ratio: TRUNK_M / (hinge.height_m - STILL_BELOW_M).max(STILL_BELOW_M),
+            turn_rad: LIMB_M / hinge.reach_m,
+            shoot_m: SHOOT_M / plant.world_from_plant.scaling(),
+            fork: hinge.fork.into(),
+            still_m: hinge.foot.z + STILL_BELOW_M,
+        }
+    }
+
+    /// The phases at an instant, turns in [0, 1): see [`Self::turns_at`].
+    pub(super) fn turns(&self, seconds: f64) -> [f64; MODES] {
+        self.modes.turns(seconds)
+    }
+
+    /// Phases, turns in [-1/2, 1/2], so many milliseconds after the simulation's clock was at zero: two of the trunk, three
+    /// of the limb, three that nothing follows, four of the shoots, four of the leaves. To 1e-7 what
+    /// [`super::Sway`] says, and reckoned in whole numbers: a few instructions for all sixteen.
+    #[inline(always)]
+    pub fn turns_at(&self, millis: i64) -> [f32; MODES] {
+        self.modes.turns_at(millis)
+    }
 }
 
 impl Wind {
-    /// How the plant with this index among the world's bends at an instant, `seconds` on the simulation's clock; nothing
-    /// in still air. Inlined, so that a caller with wide registers computes it in them; the bits are the same.
+    /// What [`Self::bend`] reads of the plant with this index; nothing in still air.
     #[inline(always)]
-    pub fn bend(&self, index: usize, plant: &Plant, seconds: f64) -> Option<Bend> {
-        let modes = self.modes.get(index)?;
-        let hinge = &plant.hinge;
-        let Gust { bending, flutter, .. } =
-            self.record.at(seconds - self.delay_s(hinge.foot.x, hinge.foot.y));
-        let turns = modes.turns(seconds);
-        let [a, b, c, d, e, ..] = turns;
-        let [along, across, pitch, yaw, roll, leaf_sin, ..] =
-            sines(&[a, b, c, d, e, flutter * (LEAF_RAD / TAU), 0.0, 0.0]);
-        let trunk_ratio = bending * TRUNK_M / above_m(hinge);
+    pub fn stem(&self, index: usize) -> Option<&Stem> {
+        self.stems.get(index)
+    }
+
+    /// How the plant with this index among the world's bends at an instant, `seconds` on the simulation's clock; nothing
+    /// in still air.
+    pub fn bend(&self, index: usize, seconds: f64) -> Option<Bend> {
+        let stem = self.stems.get(index)?;
+        let turns = stem.modes.turns(seconds);
+        Some(self.bend_of(stem, seconds, std::array::from_fn(|mode| sine(turns[mode]))))
+    }
+
+    /// The same from the phases and from the sines of the first five, trunk and limb. Inlined, so that a caller with wide
+    /// registers computes it in them; the bits are the same.
+    #[inline(always)]
+    pub fn bend_of(&self, stem: &Stem, seconds: f64, swings: [f64; 5]) -> Bend {
+        let Gust { bending, leaf_sin, .. } = self.record.at(seconds - stem.delay_s);
+        let [along, across, pitch, yaw, roll] = swings;
+        let trunk_ratio = bending * stem.lean_ratio;
         let (along, across) = (trunk_ratio * swung(along), trunk_ratio * 0.5 * across);
-        let tip_rad = bending * LIMB_M / hinge.reach_m;
+        let tip_rad = bending * stem.turn_rad;
         // Leaning before the wind is a turn about the level line across it.
         let (lean, yaw, roll) = (tip_rad * swung(pitch), tip_rad * 0.4 * yaw, tip_rad * 0.3 * roll);
         let (x, y) = (self.toward.x, self.toward.y);
-        Some(Bend {
+        Bend {
             lean_ratio: [along * x - across * y, along * y + across * x],
+            still_m: stem.still_m,
             turn_rad: [roll * x - lean * y, roll * y + lean * x, yaw],
-            shoot_m: bending * SHOOT_M / plant.world_from_plant.scaling(),
-            shoot_turns: [turns[8], turns[9], turns[10], turns[11]],
+            fork: stem.fork,
+            shoot_m: bending * stem.shoot_m,
             leaf_sin,
-            leaf_turns: [turns[12], turns[13], turns[14], turns[15]],
-        })
+        }
     }
 }
 
@@ -63,23 +114,16 @@ fn swung(swing: f64) -> f64 {
     LEAN_RATIO + (1.0 - LEAN_RATIO) * swing
 }
 
-/// The height over which a trunk leans, meters.
-#[inline(always)]
-fn above_m(hinge: &Hinge) -> f64 {
-    (hinge.height_m - STILL_BELOW_M).max(STILL_BELOW_M)
-}
-
 impl Bend {
     /// From the plant's frame to the world: the trunk's lean after the limb's turn about its fork.
     pub(super) fn world_from_plant(&self, plant: &Plant) -> Affine3<f64> {
-        let hinge = &plant.hinge;
-        let half_turn = 0.5 * Vector3::from(self.turn_rad);
+        let (half_turn, fork) = (0.5 * Vector3::from(self.turn_rad), Vector3::from(self.fork));
         let rotation = UnitQuaternion::new_normalize(Quaternion::from_parts(1.0, half_turn));
         let rest = &plant.world_from_plant;
         let turned: Matrix3<f64> = (rotation * rest.isometry.rotation).to_rotation_matrix().into_inner();
-        let place = hinge.fork.coords + rotation * (rest.isometry.translation.vector - hinge.fork.coords);
+        let place = fork + rotation * (rest.isometry.translation.vector - fork);
         let mut map = Affine3::identity();
-        let above_m = place.z - hinge.foot.z - STILL_BELOW_M;
+        let above_m = place.z - self.still_m;
         for row in 0..3 {
             let lean = if row < 2 { self.lean_ratio[row] } else { 0.0 };
             for column in 0..3 {
@@ -93,7 +137,7 @@ impl Bend {
 
     /// From where a point of the plant is to where it rests, world frame, row by row: the way back, without an inverse.
     #[inline(always)]
-    pub fn rest_from_now(&self, hinge: &Hinge) -> [[f64; 4]; 3] {
+    pub fn rest_from_now(&self) -> [[f64; 4]; 3] {
         let [x, y, z] = self.turn_rad.map(|turn| 0.5 * turn);
         let square = x * x + y * y + z * z;
         let share = 2.0 / (1.0 + square);
@@ -105,14 +149,14 @@ impl Bend {
             [share * (x * z + y), share * (y * z - x), same + share * z * z],
         ];
         let [lean_x, lean_y] = self.lean_ratio;
-        let still_m = hinge.foot.z + STILL_BELOW_M;
-        let from_fork = [lean_x * still_m - hinge.fork.x, lean_y * still_m - hinge.fork.y, -hinge.fork.z];
+        let from_fork =
+            [lean_x * self.still_m - self.fork[0], lean_y * self.still_m - self.fork[1], -self.fork[2]];
         let mut map = [[0.0; 4]; 3];
         let mut row = 0;
         while row < 3 {
             let [a, b, c] = back[row];
             let there = a * from_fork[0] + b * from_fork[1] + c * from_fork[2];
-            map[row] = [a, b, c - a * lean_x - b * lean_y, hinge.fork[row] + there];
+            map[row] = [a, b, c - a * lean_x - b * lean_y, self.fork[row] + there];
             row += 1;
         }
         map
@@ -135,11 +179,10 @@ mod tests {
         let world = build(&spec, Seed(5));
         for (index, plant) in world.plants.iter().enumerate() {
             for step in 0..20 {
-                let bend = world.wind.bend(index, plant, 1.0 + 0.37 * f64::from(step)).unwrap();
+                let bend = world.wind.bend(index, 1.0 + 0.37 * f64::from(step)).unwrap();
                 let part = Point3::new(0.4, -0.7, 1.9);
                 let now = bend.world_from_plant(plant) * part;
-                let back =
-                    bend.rest_from_now(&plant.hinge).map(|row| Vector4::from(row).dot(&now.to_homogeneous()));
+                let back = bend.rest_from_now().map(|row| Vector4::from(row).dot(&now.to_homogeneous()));
                 assert!((Point3::from(back) - plant.world_from_plant * part).norm() < 1e-12);
             }
         }

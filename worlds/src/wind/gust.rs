@@ -1,7 +1,7 @@
 //! Gusts: a record of the wind that begins anew, and how far plants give way at each of its entries.
 
 use super::swing::floor;
-use super::{GUST_STEP_S, GUST_STEPS, WindSpec};
+use super::{GUST_STEP_S, GUST_STEPS, LEAF_RAD, WindSpec};
 use arborloop_base::Stream;
 use std::f64::consts::TAU;
 
@@ -22,8 +22,9 @@ pub(super) struct Gust {
     pub(super) speed_mps: f64,
     /// How far trunks, limbs and shoots give way, as a share of their deflections at the named speed.
     pub(super) bending: f64,
-    /// How far leaves turn, as a share of their turn at the named speed.
+    /// How far leaves turn, as a share of their turn at the named speed, and the sine of that turn.
     pub(super) flutter: f64,
+    pub(super) leaf_sin: f64,
 }
 
 /// Gusts at one place, [`GUST_STEP_S`] apart; periodic. Between two entries each number is interpolated, so no power of
@@ -33,11 +34,9 @@ pub(super) struct Record(Vec<Gust>);
 
 impl Gust {
     fn of(speed_mps: f64) -> Self {
-        Gust {
-            speed_mps,
-            bending: (speed_mps / SPEED_MPS_NAMED).powf(BENDING_POWER),
-            flutter: (speed_mps / SPEED_MPS_NAMED).powf(FLUTTER_POWER).min(1.0),
-        }
+        let flutter = (speed_mps / SPEED_MPS_NAMED).powf(FLUTTER_POWER).min(1.0);
+        let bending = (speed_mps / SPEED_MPS_NAMED).powf(BENDING_POWER);
+        Gust { speed_mps, bending, flutter, leaf_sin: (flutter * LEAF_RAD).sin() }
     }
 
     fn most(self, other: Gust) -> Self {
@@ -45,6 +44,7 @@ impl Gust {
             speed_mps: self.speed_mps.max(other.speed_mps),
             bending: self.bending.max(other.bending),
             flutter: self.flutter.max(other.flutter),
+            leaf_sin: self.leaf_sin.max(other.leaf_sin),
         }
     }
 }
@@ -95,6 +95,7 @@ impl Record {
             speed_mps: mixed(a.speed_mps, b.speed_mps),
             bending: mixed(a.bending, b.bending),
             flutter: mixed(a.flutter, b.flutter),
+            leaf_sin: mixed(a.leaf_sin, b.leaf_sin),
         }
     }
 

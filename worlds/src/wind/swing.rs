@@ -7,22 +7,25 @@ use std::f64::consts::TAU;
 
 /// Modes of a plant: two of the trunk, three of the limb, three that nothing follows, four of the shoots, four of the
 /// leaves.
-const COUNT: usize = 16;
+pub(super) const MODES: usize = 16;
 
-/// One plant's own frequencies, Hz, and phases, turns: the exact values of numbers in single precision, because the
-/// processor reads them anew for each plant and instant.
+/// One plant's own frequencies and phases, as whole numbers of which a turn has 2^32: sums that run over begin a new
+/// turn by themselves, so that phases are exact however late it is.
 #[derive(Debug, Clone, PartialEq)]
 #[repr(align(64))]
 pub(super) struct Modes {
-    frequency_hz: [f32; COUNT],
-    phase_turns: [f32; COUNT],
+    /// Per millisecond.
+    frequency: [u32; MODES],
+    phase: [u32; MODES],
 }
+
+const TURN: f64 = (1_u64 << 32) as f64;
 
 impl Modes {
     pub(super) fn new(plant: &Plant, index: usize, trees: Stream, limbs: Stream) -> Self {
         let mut tree = trees.at(u64::from(plant.instance));
         let mut limb = limbs.at(index as u64);
-        let mut modes = Modes { frequency_hz: [0.0; COUNT], phase_turns: [0.0; COUNT] };
+        let mut modes = Modes { frequency: [0; MODES], phase: [0; MODES] };
         (0..2).for_each(|mode| modes.draw(mode, TRUNK_HZ, &mut tree));
         (2..5).for_each(|mode| modes.draw(mode, LIMB_HZ, &mut limb));
         (8..12).for_each(|mode| modes.draw(mode, SHOOT_HZ, &mut limb));
@@ -31,32 +34,33 @@ impl Modes {
     }
 
     fn draw(&mut self, mode: usize, [low_hz, high_hz]: [f64; 2], draws: &mut Draws) {
-        self.frequency_hz[mode] = draws.within(low_hz, high_hz) as f32;
-        self.phase_turns[mode] = draws.unit() as f32;
+        self.frequency[mode] = (draws.within(low_hz, high_hz) * 1e-3 * TURN) as u32;
+        self.phase[mode] = (draws.unit() * TURN) as u32;
     }
 
     /// The phases at an instant, turns in [0, 1).
-    #[inline(always)]
-    pub(super) fn turns(&self, seconds: f64) -> [f64; COUNT] {
-        let mut turns = [0.0; COUNT];
-        let mut mode = 0;
-        while mode < COUNT {
-            let all = f64::from(self.frequency_hz[mode]) * seconds + f64::from(self.phase_turns[mode]);
-            let share = all - round(all);
-            let share = if share < 0.0 { share + 1.0 } else { share };
+    pub(super) fn turns(&self, seconds: f64) -> [f64; MODES] {
+        std::array::from_fn(|mode| {
+            let turns =
+                f64::from(self.frequency[mode]) / TURN * (1e3 * seconds) + f64::from(self.phase[mode]) / TURN;
+            let share = turns - floor(turns) as f64;
             // A hair below a whole turn may round up to it.
-            turns[mode] = if share < 1.0 { share } else { 0.0 };
+            if share < 1.0 { share } else { 0.0 }
+        })
+    }
+
+    /// The phases at a whole millisecond, turns in [-1/2, 1/2].
+    #[inline(always)]
+    pub(super) fn turns_at(&self, millis: i64) -> [f32; MODES] {
+        let mut turns = [0.0; MODES];
+        let mut mode = 0;
+        while mode < MODES {
+            let all = self.frequency[mode].wrapping_mul(millis as u32).wrapping_add(self.phase[mode]);
+            turns[mode] = all as i32 as f32 * (1.0 / TURN) as f32;
             mode += 1;
         }
         turns
     }
-}
-
-/// The nearest whole number, for numbers of less than fifty bits: a sum whose last bit is one.
-#[inline(always)]
-fn round(x: f64) -> f64 {
-    const ONES: f64 = 1.5 * (1_u64 << 52) as f64;
-    (x + ONES) - ONES
 }
 
 /// The greatest whole number that is not above, for numbers of less than sixty bits. On processors of the first 64-bit
@@ -65,18 +69,6 @@ fn round(x: f64) -> f64 {
 pub(super) fn floor(x: f64) -> i64 {
     let toward_zero = x as i64;
     toward_zero - i64::from(toward_zero as f64 > x)
-}
-
-/// Sines of angles in turns, each in [0, 2).
-#[inline(always)]
-pub(super) fn sines(turns: &[f64; 8]) -> [f64; 8] {
-    let mut sines = [0.0; 8];
-    let mut each = 0;
-    while each < 8 {
-        sines[each] = sine(turns[each]);
-        each += 1;
-    }
-    sines
 }
 
 /// Sine of an angle in turns, [0, 2), within 1e-10: Taylor's series up to the fifteenth power on a quarter turn. Several
@@ -109,15 +101,19 @@ mod tests {
     }
 
     #[test]
-    fn phases_are_what_is_left_of_whole_turns() {
-        let mut modes = Modes { frequency_hz: [0.0; COUNT], phase_turns: [0.0; COUNT] };
-        for mode in 0..COUNT {
-            (modes.frequency_hz[mode], modes.phase_turns[mode]) = (0.25 * mode as f32, 0.125);
+    fn whole_numbers_and_real_ones_agree_on_phases_however_late_it_is() {
+        let mut modes = Modes { frequency: [0; MODES], phase: [0; MODES] };
+        for mode in 0..MODES {
+            modes.frequency[mode] = 1_300_021 * (1 + 2 * mode as u32);
+            modes.phase[mode] = 273_000_013 * mode as u32;
         }
-        for step in -400..400 {
-            let seconds = f64::from(step) / 8.0;
-            for (mode, turns) in modes.turns(seconds).into_iter().enumerate() {
-                assert_eq!(turns, (0.25 * mode as f64 * seconds + 0.125).rem_euclid(1.0));
+        for step in -400..400_i64 {
+            let millis = 123_457 * step;
+            let (real, whole) = (modes.turns(1e-3 * millis as f64), modes.turns_at(millis));
+            for (real, whole) in real.into_iter().zip(whole) {
+                let apart = real - f64::from(whole);
+                assert!((apart - apart.round()).abs() < 1e-7, "{millis}: {real} {whole}");
+                assert!((0.0..1.0).contains(&real) && whole.abs() <= 0.5);
             }
         }
     }

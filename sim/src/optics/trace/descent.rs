@@ -103,9 +103,9 @@ impl<I: Isa> Visit<I> for InWorld<'_, I> {
     #[inline(always)]
     fn foresee(&self, child: Child) {
         if child.kind() == PLANT {
-            simd::prefetch(&self.scene.plants[child.index()]);
+            simd::prefetch(&self.scene.plants[child.index()].plant_from_world);
             if self.world.wind.blows() {
-                self.knots.foresee(child.index(), self.stamp);
+                self.knots.foresee(self.world, child.index(), self.stamp);
             }
         }
     }
@@ -141,8 +141,7 @@ impl<I: Isa> InWorld<'_, I> {
         let mut visit = InPlant { grown, place: index as u32, flutter, beams: &beams };
         match flutter {
             Some(flutter) => {
-                let (mobility, half_v_m_max) = (grown.mobility.as_slice(), grown.half_v_m_max);
-                let ease = Swaying { mobility, flutter, half_v_m_max };
+                let ease = Swaying::new(&grown.mobility, flutter, grown.half_v_m_max);
                 walk::walk(&grown.nodes, &beams, mask, &ease, nearest, stack, &mut visit);
             }
             None => walk::walk(&grown.nodes, &beams, mask, &AtRest, nearest, stack, &mut visit),

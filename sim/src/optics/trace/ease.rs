@@ -4,7 +4,7 @@ use super::flutter::Flutter;
 use super::lanes::{Bytes, Isa, Lanes};
 use super::node::Node;
 use super::shoot::Shoot;
-use super::{SHOOT, simd};
+use super::{MARGIN_M, SHOOT, simd};
 use arborloop_worlds::Leaf;
 use arborloop_worlds::wind::LEAVES_PER_SHOOT;
 
@@ -13,11 +13,28 @@ pub(super) type Boxes<I> = [[<I as Isa>::Half; 2]; 3];
 
 /// How wide boxes are held.
 pub(super) trait Ease<I: Isa> {
-    /// The boxes of a node with room for all that moves in them.
-    fn widened(&self, index: usize, node: &Node, boxes: Boxes<I>) -> Boxes<I>;
+    /// The boxes of a node as seen from a point of its frame, with room for rounding and for all that moves in them.
+    fn boxes(&self, index: usize, node: &Node, from: &[f32; 3]) -> Boxes<I>;
 
     /// The node is likely to be opened soon.
     fn foresee(&self, index: usize);
+}
+
+/// The boxes of a node as the tree has them, wider by `room_m` on every side.
+#[inline(always)]
+fn around<I: Isa>(node: &Node, from: &[f32; 3], room_m: f32) -> Boxes<I> {
+    let mut boxes = [[I::Half::splat(0.0); 2]; 3];
+    let mut axis = 0;
+    while axis < 3 {
+        let step = I::Half::splat(node.step[axis]);
+        let base = node.low[axis] - from[axis];
+        boxes[axis] = [
+            I::Half::from_bytes(&node.from[axis]).fma(step, I::Half::splat(base - room_m)),
+            I::Half::from_bytes(&node.to[axis]).fma(step, I::Half::splat(base + room_m)),
+        ];
+        axis += 1;
+    }
+    boxes
 }
 
 /// Nothing moves.
@@ -25,8 +42,8 @@ pub(super) struct AtRest;
 
 impl<I: Isa> Ease<I> for AtRest {
     #[inline(always)]
-    fn widened(&self, _: usize, _: &Node, boxes: Boxes<I>) -> Boxes<I> {
-        boxes
+    fn boxes(&self, _: usize, node: &Node, from: &[f32; 3]) -> Boxes<I> {
+        around::<I>(node, from, MARGIN_M)
     }
 
     #[inline(always)]
@@ -36,41 +53,51 @@ impl<I: Isa> Ease<I> for AtRest {
 /// Shoots and leaves move: a shoot's box is moved with it and held wider by what its leaves do, a box around several
 /// shoots is held wider by the farthest that any of them goes.
 pub(super) struct Swaying<'a> {
-    pub(super) mobility: &'a [Mobility],
-    pub(super) flutter: &'a Flutter,
-    /// No leaf reaches farther than this from its `half_u`, meters.
-    pub(super) half_v_m_max: f32,
+    mobility: &'a [Mobility],
+    flutter: &'a Flutter,
+    /// No leaf reaches farther than this from where it rests, meters, its shoot's shift left out; a 255th of it.
+    leaf_m: f32,
+    /// The shoot's shift included, and room for rounding.
+    room_m: f32,
+}
+
+impl<'a> Swaying<'a> {
+    /// `half_v_m_max` is as far as any leaf reaches from its `half_u`, meters.
+    #[inline(always)]
+    pub(super) fn new(mobility: &'a [Mobility], flutter: &'a Flutter, half_v_m_max: f32) -> Self {
+        let leaf_m = flutter.leaf_sin * half_v_m_max;
+        Swaying {
+            mobility,
+            flutter,
+            leaf_m: leaf_m * (1.0 / 255.0),
+            room_m: flutter.shoot_m + leaf_m + MARGIN_M,
+        }
+    }
 }
 
 impl<I: Isa> Ease<I> for Swaying<'_> {
     #[inline(always)]
-    fn widened(&self, index: usize, node: &Node, boxes: Boxes<I>) -> Boxes<I> {
-        let flutter = self.flutter;
-        let mut boxes = boxes;
-        let leaf_m = flutter.leaf_sin * self.half_v_m_max;
-        let mut axis = 0;
+    fn boxes(&self, index: usize, node: &Node, from: &[f32; 3]) -> Boxes<I> {
         if node.has_nodes() {
-            let room_m = I::Half::splat(flutter.shoot_m + leaf_m);
-            while axis < 3 {
-                let [low, high] = boxes[axis];
-                boxes[axis] = [low.sub(room_m), high.add(room_m)];
-                axis += 1;
-            }
-            return boxes;
+            return around::<I>(node, from, self.room_m);
         }
         let mobility = &self.mobility[index];
-        let [sin, cos] = flutter.shared();
+        let [sin, cos] = self.flutter.shared();
         let sin = I::Half::load(sin).pick(&mobility.pitch);
         let cos = I::Half::load(cos).pick(&mobility.pitch);
-        let leaf = I::Half::splat(leaf_m / 255.0);
+        let shift = cos.fma(I::Half::load(&mobility.ahead[0]), sin.mul(I::Half::load(&mobility.ahead[1])));
+        let (leaf, margin) = (I::Half::splat(self.leaf_m), I::Half::splat(MARGIN_M));
+        let mut boxes = [[I::Half::splat(0.0); 2]; 3];
+        let mut axis = 0;
         while axis < 3 {
-            let [low, high] = boxes[axis];
-            let room = I::Half::from_bytes(&mobility.leaf[axis]);
-            let (with_sin, with_cos) =
-                (I::Half::load(&mobility.with_sin[axis]), I::Half::load(&mobility.with_cos[axis]));
-            let (low, high) = (room.nfma(leaf, low), room.fma(leaf, high));
-            let (low, high) = (sin.fma(with_sin, low), sin.fma(with_sin, high));
-            boxes[axis] = [cos.fma(with_cos, low), cos.fma(with_cos, high)];
+            let step = I::Half::splat(node.step[axis]);
+            let base = I::Half::splat(node.low[axis] - from[axis]);
+            let base = shift.fma(I::Half::load(&mobility.along[axis]), base);
+            let room = I::Half::from_bytes(&mobility.leaf[axis]).fma(leaf, margin);
+            boxes[axis] = [
+                I::Half::from_bytes(&node.from[axis]).fma(step, base.sub(room)),
+                I::Half::from_bytes(&node.to[axis]).fma(step, base.add(room)),
+            ];
             axis += 1;
         }
         boxes
@@ -86,10 +113,10 @@ impl<I: Isa> Ease<I> for Swaying<'_> {
 #[derive(Debug, Clone)]
 #[repr(C, align(64))]
 pub(super) struct Mobility {
-    /// How far along each axis a shoot moves with the sine, and with the cosine, of the phase that it follows; other
-    /// things do not move.
-    with_sin: [[f32; 8]; 3],
-    with_cos: [[f32; 8]; 3],
+    /// The line along which a shoot moves; zero for other things, which do not move.
+    along: [[f32; 8]; 3],
+    /// Sine and cosine of the turns by which it is ahead of the phase that it follows.
+    ahead: [[f32; 8]; 2],
     /// Which phase it follows.
     pitch: [u8; 8],
     /// By how many 255ths of the leaves' farthest shift the box is wider.
@@ -103,14 +130,14 @@ const LEAF_SIN_MAX: f64 = 0.51;
 impl Mobility {
     pub(super) fn new(node: &Node, shoots: &[Shoot], leaves: &[Leaf], half_v_m_max: f32) -> Self {
         let mut all =
-            Mobility { with_sin: [[0.0; 8]; 3], with_cos: [[0.0; 8]; 3], pitch: [0; 8], leaf: [[0; 8]; 3] };
+            Mobility { along: [[0.0; 8]; 3], ahead: [[0.0; 8]; 2], pitch: [0; 8], leaf: [[0; 8]; 3] };
         // Branches do not move in their plant.
         for (slot, child) in node.things().filter(|(_, child)| child.kind() == SHOOT) {
             let (along, [sin, cos]) = shoots[child.index()].motion();
             for (axis, along) in along.into_iter().enumerate() {
-                all.with_sin[axis][slot] = along * cos;
-                all.with_cos[axis][slot] = along * sin;
+                all.along[axis][slot] = along;
             }
+            (all.ahead[0][slot], all.ahead[1][slot]) = (sin, cos);
             all.pitch[slot] = (child.index() % 4) as u8;
             let first = child.index() * LEAVES_PER_SHOOT;
             let leaves = &leaves[first..leaves.len().min(first + LEAVES_PER_SHOOT)];
@@ -139,6 +166,7 @@ fn growth_m(leaves: &[Leaf], axis: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::super::boxes::Aabb;
+    use super::super::flutter;
     use super::super::lanes::Portable;
     use super::super::{Grown, MARGIN_M, surface};
     use super::*;
@@ -162,15 +190,12 @@ mod tests {
         for step in 0..40 {
             let seconds = 1.0 + 0.73 * f64::from(step);
             let sway = world.wind.sway(0, plant, seconds);
-            let flutter = Flutter::new(&world.wind.bend(0, plant, seconds).unwrap());
-            let ease =
-                Swaying { mobility: &grown.mobility, flutter: &flutter, half_v_m_max: grown.half_v_m_max };
+            let stem = world.wind.stem(0).unwrap();
+            let [sin, cos] = flutter::sin_cos::<Portable>(&stem.turns_at((1e3 * seconds).round() as i64));
+            let flutter = Flutter::new(&world.wind.bend(0, seconds).unwrap(), &sin, &cos);
+            let ease = Swaying::new(&grown.mobility, &flutter, grown.half_v_m_max);
             for (index, node) in grown.nodes.iter().enumerate() {
-                let steps = |bytes: &[[u8; 8]; 3], axis: usize| {
-                    bytes[axis].map(|q| node.low[axis] + f32::from(q) * node.step[axis])
-                };
-                let boxes = std::array::from_fn(|axis| [steps(&node.from, axis), steps(&node.to, axis)]);
-                let wider = Ease::<Portable>::widened(&ease, index, node, boxes);
+                let wider = Ease::<Portable>::boxes(&ease, index, node, &[0.0; 3]);
                 for (slot, child) in node.things().filter(|(_, child)| child.kind() == SHOOT) {
                     let first = child.index() * LEAVES_PER_SHOOT;
                     let now = (first..leaves.len().min(first + LEAVES_PER_SHOOT))

@@ -1,5 +1,6 @@
 //! How the shoots and leaves of one plant move at an instant.
 
+use super::lanes::{Isa, Lanes};
 use arborloop_worlds::wind::{Bend, LEAF_PHASES, LEAVES_PER_SHOOT, own_turns};
 use std::f64::consts::TAU;
 use std::sync::LazyLock;
@@ -32,16 +33,9 @@ static AHEAD: LazyLock<[[[f32; 8]; 2]; STEPS]> = LazyLock::new(|| {
 });
 
 impl Flutter {
+    /// From the sines and cosines of a plant's phases, the shoots' in entries 8 to 11 and the leaves' from 12 on.
     #[inline(always)]
-    pub(super) fn new(bend: &Bend) -> Self {
-        let mut turns = [0.0_f32; 16];
-        let mut slot = 0;
-        while slot < 8 {
-            turns[slot] = bend.shoot_turns[slot % 4] as f32;
-            turns[8 + slot] = bend.leaf_turns[slot % 4] as f32;
-            slot += 1;
-        }
-        let (sin, cos) = (sines(&turns, 0.0), sines(&turns, 0.25));
+    pub(super) fn new(bend: &Bend, sin: &[f32; 16], cos: &[f32; 16]) -> Self {
         let (shoot_m, leaf_sin) = (bend.shoot_m as f32, bend.leaf_sin as f32);
         let mut flutter =
             Flutter { leaves: [[[0.0; 8]; 2]; STEPS], shoots: [[0.0; 8]; 2], shoot_m, leaf_sin };
@@ -51,7 +45,8 @@ impl Flutter {
             let mut slot = 0;
             while slot < 8 {
                 let [ahead_sin, ahead_cos] = [ahead[step][0][slot], ahead[step][1][slot]];
-                let turn_sin = leaf_sin * (sin[8 + slot] * ahead_cos + cos[8 + slot] * ahead_sin);
+                let turn_sin =
+                    leaf_sin * (sin[12 + (slot & 3)] * ahead_cos + cos[12 + (slot & 3)] * ahead_sin);
                 flutter.leaves[step][0][slot] = turn_sin;
                 flutter.leaves[step][1][slot] = (1.0 - turn_sin * turn_sin).sqrt();
                 slot += 1;
@@ -60,8 +55,8 @@ impl Flutter {
         }
         let mut slot = 0;
         while slot < 8 {
-            flutter.shoots[0][slot] = shoot_m * sin[slot];
-            flutter.shoots[1][slot] = shoot_m * cos[slot];
+            flutter.shoots[0][slot] = shoot_m * sin[8 + (slot & 3)];
+            flutter.shoots[1][slot] = shoot_m * cos[8 + (slot & 3)];
             slot += 1;
         }
         flutter
@@ -88,37 +83,48 @@ impl Flutter {
     }
 }
 
-/// Sines of angles in turns, each further by `more`, within 4e-6: Taylor's series up to the ninth power on a quarter
-/// turn. Angles and their sums are in [0, 2).
+/// Sines and cosines of angles in turns, [-1/2, 1/2], within 4e-6: Taylor's series up to the ninth power on a quarter
+/// turn.
 #[inline(always)]
-fn sines(turns: &[f32; 16], more: f32) -> [f32; 16] {
-    let mut sines = [0.0; 16];
-    let mut each = 0;
-    while each < 16 {
-        let turns = turns[each] + more;
-        let turns = if turns >= 1.0 { turns - 1.0 } else { turns };
-        let share = if turns > 0.5 { turns - 1.0 } else { turns };
-        let x = std::f32::consts::TAU * (0.25 - (share.abs() - 0.25).abs());
-        let square = x * x;
-        let series = square * (1.0 / 362_880.0) - 1.0 / 5040.0;
-        let series = square * series + 1.0 / 120.0;
-        let series = square * series - 1.0 / 6.0;
-        sines[each] = (square * series * x + x).copysign(share);
-        each += 1;
-    }
-    sines
+pub(super) fn sin_cos<I: Isa>(turns: &[f32; 16]) -> [[f32; 16]; 2] {
+    let share = I::Wide::load(turns);
+    let zero = I::Wide::splat(0.0);
+    let (quarter, away) = (I::Wide::splat(0.25), share.abs());
+    let sin = series::<I>(quarter.sub(away.sub(quarter).abs()));
+    let sin = zero.sub(sin).keep(share.lt(zero), sin);
+    // The cosine is the sine of a quarter turn less the angle.
+    let cos = quarter.sub(away);
+    let rise = series::<I>(cos.abs());
+    let cos = zero.sub(rise).keep(cos.lt(zero), rise);
+    let mut both = [[0.0; 16]; 2];
+    sin.store(&mut both[0]);
+    cos.store(&mut both[1]);
+    both
+}
+
+/// Sines of up to a quarter turn.
+#[inline(always)]
+fn series<I: Isa>(turns: I::Wide) -> I::Wide {
+    let x = turns.mul(I::Wide::splat(std::f32::consts::TAU));
+    let square = x.mul(x);
+    let series = square.fma(I::Wide::splat(1.0 / 362_880.0), I::Wide::splat(-1.0 / 5040.0));
+    let series = square.fma(series, I::Wide::splat(1.0 / 120.0));
+    let series = square.fma(series, I::Wide::splat(-1.0 / 6.0));
+    square.mul(x).fma(series, x)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::lanes::Portable;
     use super::*;
 
     #[test]
-    fn sines_agree_with_the_library_s() {
-        for step in 0..7000 {
-            let turns = step as f32 / 4000.0;
-            let found = f64::from(sines(&[turns; 16], 0.25)[5]);
-            assert!((found - (TAU * (0.25 + f64::from(turns))).sin()).abs() < 5e-6, "{turns}");
+    fn sines_and_cosines_agree_with_the_library_s() {
+        for step in -2000..=2000_i16 {
+            let turns = f32::from(step) / 4000.0;
+            let [sin, cos] = sin_cos::<Portable>(&[turns; 16]).map(|all| f64::from(all[5]));
+            let angle = TAU * f64::from(turns);
+            assert!((sin - angle.sin()).abs() < 5e-6 && (cos - angle.cos()).abs() < 5e-6, "{turns}");
         }
     }
 }

@@ -91,7 +91,8 @@ impl Soil {
         let u = [I::Half::load(&u[0]), I::Half::load(&u[1]), I::Half::load(&u[2])];
         let v = [I::Half::load(&v[0]), I::Half::load(&v[1]), I::Half::load(&v[2])];
         let met = Met { place: Met::GROUND, part: (node << 3) as u32 };
-        patch::meet::<I>([&center, &u, &v], Outline::Triangle, beams, mask, met, nearest);
+        let normal = patch::cross::<I>(&u, &v);
+        patch::meet::<I>([&center, &u, &v, &normal], Outline::Triangle, beams, mask, met, nearest);
     }
 
     /// The triangle that a part is.

@@ -4,7 +4,7 @@
 //! off by half a millimeter at most; exact hits interpolate linearly between two, which at 3 Hz and 10 cm is off by 5
 //! micrometers. Knots stand at fixed instants, so neither packets nor threads have a say in the result.
 
-use super::flutter::Flutter;
+use super::flutter::{self, Flutter};
 use super::lanes::Isa;
 use super::{Scene, Standing, simd};
 use arborloop_base::Time;
@@ -63,7 +63,8 @@ pub(in crate::optics) struct Moment {
     pub(super) flutter: Flutter,
 }
 
-const KNOT_NS: i64 = 1_000_000;
+const KNOT_MS: i64 = 1;
+const KNOT_NS: i64 = KNOT_MS * 1_000_000;
 /// A knot that no instant is near.
 const NEVER: i64 = i64::MIN;
 /// Knots of a plant that are remembered: those before and after an instant.
@@ -72,7 +73,9 @@ const KEPT: usize = 2;
 /// What was last asked for, per plant. One per thread.
 #[derive(Debug)]
 pub(in crate::optics) struct Knots {
-    moments: Vec<[(i64, Moment); KEPT]>,
+    /// Which knots are remembered.
+    known: Vec<[i64; KEPT]>,
+    moments: Vec<[Moment; KEPT]>,
 }
 
 impl Knots {
@@ -80,11 +83,14 @@ impl Knots {
     pub(super) fn new(scene: &Scene, world: &World) -> Self {
         let count = if world.wind.blows() { scene.plants.len() } else { 0 };
         let rest = |plant: &Standing| {
-            let moment =
-                Moment { plant_from_world: plant.plant_from_world, flutter: Flutter::new(&Bend::default()) };
-            [(NEVER, moment); KEPT]
+            let moment = Moment {
+                plant_from_world: plant.plant_from_world,
+                flutter: Flutter::new(&Bend::default(), &[0.0; 16], &[1.0; 16]),
+            };
+            [moment; KEPT]
         };
-        Knots { moments: scene.plants.iter().take(count).map(rest).collect() }
+        let known = vec![[NEVER; KEPT]; count];
+        Knots { known, moments: scene.plants.iter().take(count).map(rest).collect() }
     }
 
     /// The plant at the knot that is nearest to an instant.
@@ -92,13 +98,19 @@ impl Knots {
     pub(super) fn near(&mut self, scene: &Scene, world: &World, index: usize, stamp: Time) -> &Moment {
         let knot = nearest(stamp);
         self.tie(scene, world, index, knot);
-        &self.moments[index][slot(knot)].1
+        &self.moments[index][slot(knot)]
     }
 
     /// Asks the processor to fetch what [`Self::near`] reads.
     #[inline(always)]
-    pub(super) fn foresee(&self, index: usize, stamp: Time) {
-        simd::prefetch(&self.moments[index][slot(nearest(stamp))]);
+    pub(super) fn foresee(&self, world: &World, index: usize, stamp: Time) {
+        let knot = nearest(stamp);
+        simd::prefetch(&self.moments[index][slot(knot)]);
+        if self.known[index][slot(knot)] != knot
+            && let Some(stem) = world.wind.stem(index)
+        {
+            simd::prefetch(stem);
+        }
     }
 
     /// The plant at an instant.
@@ -108,17 +120,15 @@ impl Knots {
         self.tie(scene, world, index, knot);
         self.tie(scene, world, index, knot + 1);
         let known = &self.moments[index];
-        Between {
-            ends: [&known[slot(knot)].1, &known[slot(knot + 1)].1],
-            share: share as f64 / KNOT_NS as f64,
-        }
+        Between { ends: [&known[slot(knot)], &known[slot(knot + 1)]], share: share as f64 / KNOT_NS as f64 }
     }
 
     #[inline(always)]
     fn tie(&mut self, scene: &Scene, world: &World, index: usize, knot: i64) {
-        let (known, moment) = &mut self.moments[index][slot(knot)];
+        let known = &mut self.known[index][slot(knot)];
         if *known != knot {
             *known = knot;
+            let moment = &mut self.moments[index][slot(knot)];
             simd::run(scene.isa, Tying { scene, world, index, knot, moment });
         }
     }
@@ -149,12 +159,13 @@ impl simd::Job for Tying<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         let Tying { scene, world, index, knot, moment } = self;
-        let plant = &world.plants[index];
-        let seconds = Time::from_nanos(knot * KNOT_NS).seconds();
-        if let Some(bend) = world.wind.bend(index, plant, seconds) {
-            let rest = &scene.plants[index].plant_from_world;
-            moment.plant_from_world = rest.after(&bend.rest_from_now(&plant.hinge));
-            moment.flutter = Flutter::new(&bend);
+        if let Some(stem) = world.wind.stem(index) {
+            let [sin, cos] = flutter::sin_cos::<I>(&stem.turns_at(knot * KNOT_MS));
+            let swings = [sin[0], sin[1], sin[2], sin[3], sin[4]].map(f64::from);
+            let seconds = Time::from_nanos(knot * KNOT_NS).seconds();
+            let bend = world.wind.bend_of(stem, seconds, swings);
+            moment.plant_from_world = scene.plants[index].plant_from_world.after(&bend.rest_from_now());
+            moment.flutter = Flutter::new(&bend, &sin, &cos);
         }
     }
 }

@@ -38,25 +38,25 @@ fn products<I: Isa>(vectors: &Eight<I>, middle: &Eight<I>, half: &Eight<I>) -> (
     (dot::<I>(vectors, middle).abs(), dot::<I>(&spread, half))
 }
 
-/// Offers the crossings of eight patches, `center` from the packet's origin. Patch `j` has the part `part + j`.
+/// Offers the crossings of eight patches, `center` from the packet's origin and `normal` the product of `u` and `v`.
+/// Patch `j` has the part `part + j`.
 #[inline(always)]
 pub(super) fn meet<I: Isa>(
-    [center, u, v]: [&Eight<I>; 3],
+    [center, u, v, normal]: [&Eight<I>; 4],
     outline: Outline,
     beams: &Beams<I>,
     mask: u32,
     met: Met,
     nearest: &mut Nearest<I>,
 ) {
-    let normal = cross::<I>(u, v);
     let (side_a, side_b) = (cross::<I>(v, center), cross::<I>(center, u));
-    let gap = dot::<I>(&normal, center);
+    let gap = dot::<I>(normal, center);
     let [mx, my, mz] = beams.middle;
     let [hx, hy, hz] = beams.half;
     let middle = [I::Half::splat(mx), I::Half::splat(my), I::Half::splat(mz)];
     let half = [I::Half::splat(hx), I::Half::splat(hy), I::Half::splat(hz)];
     // Which patches might any beam meet? Bounds of the products over the box of directions.
-    let (facing, spread) = products::<I>(&normal, &middle, &half);
+    let (facing, spread) = products::<I>(normal, &middle, &half);
     let most = facing.add(spread);
     let (a, spread_a) = products::<I>(&side_a, &middle, &half);
     let (b, spread_b) = products::<I>(&side_b, &middle, &half);

@@ -5,7 +5,7 @@ use super::super::surface;
 use super::flutter::Flutter;
 use super::lanes::{Isa, Lanes};
 use super::moment::Between;
-use super::patch::{self, Eight, Outline};
+use super::patch::{self, Outline};
 use super::walk::{Beams, Met, Nearest};
 use arborloop_worlds::Leaf;
 use arborloop_worlds::wind::{LEAVES_PER_SHOOT, own_turns, shoot_direction};
@@ -23,8 +23,12 @@ pub(super) struct Shoot {
     direction: [f32; 3],
     /// Sine and cosine of the turns by which it is ahead of its plant's phase.
     ahead: [f32; 2],
-    /// One over the length of `half_u`, 1/m.
-    inverse_u: [f32; 8],
+    /// The product of `half_u` and `half_v` over the length of `half_u`, meters: where `half_v` is after a quarter turn.
+    quarter: [[f32; 8]; 3],
+    /// The length of `half_u`, meters.
+    length_u: [f32; 8],
+    /// Whether all leaves' half sides are at right angles, as grown leaves' are.
+    square: bool,
 }
 
 /// A prototype's leaves as shoots, with the box of each at rest.
@@ -45,14 +49,18 @@ impl Shoot {
             half_v: [[0.0; 8]; 3],
             direction: shoot_direction(index).map(|x| x as f32).into(),
             ahead: sin_cos(own_turns(index)),
-            inverse_u: [0.0; 8],
+            quarter: [[0.0; 8]; 3],
+            length_u: [0.0; 8],
+            square: leaves.iter().all(is_square),
         };
         for (slot, leaf) in leaves.iter().enumerate() {
-            shoot.inverse_u[slot] = leaf.half_u.norm().max(1e-12).recip() as f32;
+            let quarter = quarter(leaf);
+            shoot.length_u[slot] = leaf.half_u.norm() as f32;
             for axis in 0..3 {
                 shoot.center[axis][slot] = leaf.center[axis] as f32;
                 shoot.half_u[axis][slot] = leaf.half_u[axis] as f32;
                 shoot.half_v[axis][slot] = leaf.half_v[axis] as f32;
+                shoot.quarter[axis][slot] = quarter[axis] as f32;
             }
         }
         shoot
@@ -82,33 +90,32 @@ impl Shoot {
         ];
         let u =
             [I::Half::load(&self.half_u[0]), I::Half::load(&self.half_u[1]), I::Half::load(&self.half_u[2])];
-        let mut v =
+        let rest =
             [I::Half::load(&self.half_v[0]), I::Half::load(&self.half_v[1]), I::Half::load(&self.half_v[2])];
+        let (mut v, mut normal) = (rest, rest);
         if let Some(flutter) = flutter {
             let shift = I::Half::splat(flutter.shift_m(index, self.ahead));
+            let [sin, cos] = flutter.leaves(index);
+            let (sin, cos) = (I::Half::load(sin), I::Half::load(cos));
+            let length = I::Half::load(&self.length_u);
+            let (long_sin, long_cos) = (length.mul(sin), length.mul(cos));
             let mut axis = 0;
             while axis < 3 {
                 center[axis] = shift.fma(I::Half::splat(self.direction[axis]), center[axis]);
+                // As `arborloop_worlds::Sway::leaf` says, and the product of `u` with it.
+                let quarter = I::Half::load(&self.quarter[axis]);
+                v[axis] = quarter.fma(sin, rest[axis].mul(cos));
+                normal[axis] = rest[axis].nfma(long_sin, quarter.mul(long_cos));
                 axis += 1;
             }
-            v = self.turned::<I>(index, &u, &v, flutter);
+            if !self.square {
+                normal = patch::cross::<I>(&u, &v);
+            }
+        } else {
+            normal = patch::cross::<I>(&u, &v);
         }
         let met = Met { place, part: (index * LEAVES_PER_SHOOT) as u32 };
-        patch::meet::<I>([&center, &u, &v], Outline::Parallelogram, beams, mask, met, nearest);
-    }
-
-    /// The half sides `v`, turned about `u`: `v cos + n sin / |u|`, as [`arborloop_worlds::Sway::leaf`] says.
-    #[inline(always)]
-    fn turned<I: Isa>(&self, index: usize, u: &Eight<I>, v: &Eight<I>, flutter: &Flutter) -> Eight<I> {
-        let [sin, cos] = flutter.leaves(index);
-        let (sin, cos) = (I::Half::load(sin), I::Half::load(cos));
-        let normal = patch::cross::<I>(u, v);
-        let share = sin.mul(I::Half::load(&self.inverse_u));
-        [
-            normal[0].fma(share, v[0].mul(cos)),
-            normal[1].fma(share, v[1].mul(cos)),
-            normal[2].fma(share, v[2].mul(cos)),
-        ]
+        patch::meet::<I>([&center, &u, &v, &normal], Outline::Parallelogram, beams, mask, met, nearest);
     }
 
     /// Where a leaf of this shoot is at an instant; `index` is the leaf's among its prototype's.
@@ -118,12 +125,21 @@ impl Shoot {
         let shift_m = moment.of(|flutter| flutter.shift_m(shoot, self.ahead));
         let sin = moment.of(|flutter| flutter.leaves(shoot)[0][slot]);
         let cos = (1.0 - sin * sin).sqrt();
-        let normal = rest.half_u.cross(&rest.half_v);
         let [x, y, z] = self.direction.map(f64::from);
         Leaf {
             center: rest.center + Vector3::new(x, y, z) * shift_m,
             half_u: rest.half_u,
-            half_v: rest.half_v * cos + normal * (sin * f64::from(self.inverse_u[slot])),
+            half_v: rest.half_v * cos + quarter(rest) * sin,
         }
     }
+}
+
+/// Where a leaf's `half_v` is after a quarter turn about `half_u`.
+fn quarter(leaf: &Leaf) -> Vector3<f64> {
+    leaf.half_u.cross(&leaf.half_v) / leaf.half_u.norm().max(f64::MIN_POSITIVE)
+}
+
+/// Whether a leaf's half sides are at right angles, but for what single precision could tell.
+fn is_square(leaf: &Leaf) -> bool {
+    leaf.half_u.dot(&leaf.half_v).abs() <= 1e-7 * leaf.half_u.norm() * leaf.half_v.norm()
 }

@@ -5,9 +5,8 @@
 //! so the first never drops what the second would keep. Boxes have a margin wider than all rounding, so a box test
 //! never decides what a beam meets, only what it costs to find out.
 
-use super::MARGIN_M;
 use super::ease::Ease;
-use super::lanes::{Bytes, Isa, Lanes};
+use super::lanes::{Isa, Lanes};
 use super::node::{Child, Node};
 use super::simd;
 
@@ -148,7 +147,7 @@ impl<I: Isa> Nearest<I> {
     }
 }
 
-/// Walks from the root, nearest boxes first. Boxes are wider than the tree says by `ease`.
+/// Walks from the root, nearest boxes first. `ease` says how wide the boxes are held.
 #[inline(always)]
 pub(super) fn walk<I: Isa, V: Visit<I>, E: Ease<I>>(
     nodes: &[Node],
@@ -203,18 +202,7 @@ fn open<I: Isa, V: Visit<I>, E: Ease<I>, const ONE_WAY: bool>(
     visitor: &V,
 ) {
     let node = &nodes[index];
-    let mut boxes = [[I::Half::splat(0.0); 2]; 3];
-    let mut axis = 0;
-    while axis < 3 {
-        let step = I::Half::splat(node.step[axis]);
-        let base = node.low[axis] - beams.origin[axis];
-        boxes[axis] = [
-            I::Half::from_bytes(&node.from[axis]).fma(step, I::Half::splat(base - MARGIN_M)),
-            I::Half::from_bytes(&node.to[axis]).fma(step, I::Half::splat(base + MARGIN_M)),
-        ];
-        axis += 1;
-    }
-    let boxes = ease.widened(index, node, boxes);
+    let boxes = ease.boxes(index, node, &beams.origin);
     let mut enter = I::Half::splat(nearest.near);
     let mut leave = I::Half::splat(nearest.far);
     let mut from = [[0.0_f32; 8]; 3];
