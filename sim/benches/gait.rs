@@ -1,13 +1,16 @@
 //! The study of the physics gait: every acceptance bar with its figure.
 //!
 //! `cargo bench -p arborloop-sim --bench gait` prints all; words after `--` choose among `stand`, `flat`, `uneven`,
-//! `hard`, `trend`, `steps`, `strides`, `controller`, `spectrum`, `digest` and, only when asked for, `long` (30 simulated minutes)
-//! and `library` (records `robots/assets/go1.strides` anew). Times are processor time of this thread.
+//! `hard`, `trend`, `steps`, `strides`, `controller`, `spectrum`, `digest` and, only when asked for, `long` (30 simulated minutes),
+//! `library` (records `robots/assets/go1.strides` anew) and `serve` (the controller for `tools/compare_mujoco.py`). Times are processor time of this thread.
 
 #![allow(clippy::unwrap_used)] // A development tool.
 
 #[path = "../tests/walked/mod.rs"]
 mod walked;
+
+#[path = "gait/serve.rs"]
+mod serve;
 
 use arborloop_robots::{Command, GaitMode, Sensed, TrotSettings, TrunkState, Walker};
 use cpu_time::ThreadTime;
@@ -16,6 +19,9 @@ use walked::{Guide, Measured, STRIDE_HZ, Walk, band, ground, imu_az, numbers, wa
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    if words.first().is_some_and(|word| word == "serve") {
+        return serve::serve(&words[1..]);
+    }
     let always: [(&str, fn()); 10] = [
         ("stand", stand),
         ("flat", flat),
