@@ -62,7 +62,6 @@ pub(crate) struct Mhd {
     field: Field,
     keep_ratio: f64,
     far_m: f64,
-    key_step_m: f64,
     search: Search,
     refine: Refine,
     foresight: Foresight,
@@ -80,7 +79,7 @@ impl Mhd {
     pub(crate) fn new(settings: MhdSettings, rig: &Rig) -> Self {
         let chart = Chart::new(settings.cell_m, settings.layers());
         let field = Field::new(settings.cell_m, settings.distance_m_max, settings.layers());
-        let (keep_ratio, far_m, key_step_m) = (settings.keep_ratio, settings.far_m, settings.key_step_m);
+        let (keep_ratio, far_m) = (settings.keep_ratio, settings.far_m);
         Mhd {
             front_end: FrontEnd::with(settings.clone(), rig),
             settings,
@@ -90,7 +89,6 @@ impl Mhd {
             field,
             keep_ratio,
             far_m,
-            key_step_m,
             search: Search::default(),
             refine: Refine::default(),
             foresight: Foresight::default(),
@@ -173,7 +171,6 @@ impl Mhd {
         self.field = Field::new(settings.planar_cell_m, settings.planar_distance_m_max, settings.layers());
         self.keep_ratio = settings.planar_keep_ratio;
         self.far_m = f64::INFINITY;
-        self.key_step_m = settings.planar_key_step_m;
     }
 
     /// The best match around the prediction, or anywhere near it when that is poor or the pause was long.
@@ -262,7 +259,7 @@ impl Mhd {
             None => true,
             Some(drawn) => {
                 let way = motion.pose - drawn.pose;
-                way.xy().norm() >= self.key_step_m || way.z.abs() >= self.settings.key_turn_rad
+                way.xy().norm() >= self.settings.key_step_m || way.z.abs() >= self.settings.key_turn_rad
             }
         };
         if due || self.sweeps_drawn < FIRST_SWEEPS {

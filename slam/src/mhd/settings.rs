@@ -47,10 +47,8 @@ pub struct MhdSettings {
     pub failed_match_m: f64,
     /// After a longer pause between sweeps the full circle is searched, seconds.
     pub pause_s: f64,
-    /// A new key frame is drawn into the map after this way, meters, of sweeps of many rings.
+    /// A new key frame is drawn into the map after this way, meters.
     pub key_step_m: f64,
-    /// A new key frame is drawn into the map after this way, meters, of planar sweeps: they say less and come seldom.
-    pub planar_key_step_m: f64,
     /// A new key frame is drawn into the map after this turn, radians.
     pub key_turn_rad: f64,
 }
@@ -76,8 +74,7 @@ impl Default for MhdSettings {
             poor_match_m: 0.08,
             failed_match_m: 0.06,
             pause_s: 8.0,
-            key_step_m: 0.25,
-            planar_key_step_m: 0.15,
+            key_step_m: 0.15,
             key_turn_rad: 0.1,
         }
     }
@@ -110,7 +107,6 @@ impl MhdSettings {
         within("failed_match_m", self.failed_match_m, 0.0, 5.0)?;
         within("pause_s", self.pause_s, 0.0, 1e9)?;
         within("key_step_m", self.key_step_m, 0.0, 10.0)?;
-        within("planar_key_step_m", self.planar_key_step_m, 0.0, 10.0)?;
         within("key_turn_rad", self.key_turn_rad, 0.0, 4.0)?;
         let edges = &self.layer_edges_m;
         let rising = edges.windows(2).all(|pair| pair[0] < pair[1]) && edges.iter().all(|e| e.is_finite());
