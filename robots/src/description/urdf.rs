@@ -158,8 +158,14 @@ fn broken(error: &roxmltree::Error, text: &str, file: &str) -> RobotError {
 
 const EXPANDED: &str = "a URDF without xacro: `xacro robot.urdf.xacro > robot.urdf` writes one";
 
+/// What simulators and controllers keep in a description: nothing of it is read, so nothing of it is refused.
+const FOREIGN: [&str; 3] = ["gazebo", "transmission", "ros2_control"];
+
 fn refuse_xacro(place: &Place<'_>, document: &Document<'_>) -> Result<(), RobotError> {
-    for node in document.descendants().filter(Node::is_element) {
+    let foreign = |node: &Node<'_, '_>| {
+        node.ancestors().any(|above| FOREIGN.iter().any(|tag| above.has_tag_name(*tag)))
+    };
+    for node in document.descendants().filter(Node::is_element).filter(|node| !foreign(node)) {
         let tag = node.tag_name();
         if tag.namespace().is_some_and(|space| space.contains("xacro")) {
             let found = format!("<xacro:{}>", tag.name());
@@ -260,7 +266,9 @@ fn joint(place: &Place<'_>, node: Node<'_, '_>) -> Result<Joint, RobotError> {
             .map(str::to_owned)
             .ok_or_else(|| place.refuse(node, &of, format!("no <{tag} link=...>"), "a parent and a child"))
     };
-    let axis = match child(node, "axis") {
+    // Exporters write an axis of zeros where a joint has none to turn about.
+    let turns = !matches!(kind, JointKind::Fixed | JointKind::Other);
+    let axis = match child(node, "axis").filter(|_| turns) {
         Some(axis) => Vector3::from(place.numbers::<3>(axis, &of, "xyz")?),
         None => Vector3::x(),
     };
