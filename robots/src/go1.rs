@@ -79,6 +79,12 @@ pub fn payload() -> Lump {
     lidar.plus(&Lump::cuboid(BRACKET_KG, middle, Vector3::new(0.12, 0.12, top - bottom)))
 }
 
+/// Luggage on the trunk's back, base frame; its mass in kg. Assumed: bags around the bracket, 30 x 20 x 10 cm.
+pub fn luggage(mass_kg: f64) -> Lump {
+    let sides_m = Vector3::new(0.3, 0.2, 0.1);
+    Lump::cuboid(mass_kg, Point3::new(0.0, 0.0, (TRUNK_SIZE_M[2] + sides_m.z) / 2.0), sides_m)
+}
+
 /// The Go1 of `models/go1.urdf`, as published in this crate.
 ///
 /// # Panics

@@ -67,3 +67,19 @@ fn what_is_left_of_xacro_is_still_refused_where_it_is_read() {
     let message = Robot::from_urdf(&zero, "spot_like.urdf").unwrap_err().to_string();
     assert!(message.contains("joint \"fl_kn\": found an axis of no length"), "{message}");
 }
+
+#[test]
+fn a_robot_that_weighs_nothing_or_more_than_numbers_reach_is_not_said_to_walk() {
+    let weighing = |kg: &str| {
+        let mut text = include_str!("../models/go1.urdf").to_owned();
+        for (start, _) in include_str!("../models/go1.urdf").rmatch_indices("mass value=\"") {
+            let from = start + "mass value=\"".len();
+            let to = from + text[from..].find('"').unwrap();
+            text.replace_range(from..to, kg);
+        }
+        Body::like_go1(&read(&text, "go1.urdf")).map_err(|lacks| lacks.to_string())
+    };
+    assert!(weighing("1.0").is_ok());
+    assert!(weighing("0").unwrap_err().contains("weighs 0 kg, wanted more than nothing"));
+    assert!(weighing("1e308").unwrap_err().contains("weighs inf kg"));
+}

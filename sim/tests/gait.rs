@@ -188,6 +188,28 @@ fn ten_degrees_with_holes_are_climbed_and_fifteen_with_deep_ones_end_in_a_fall_t
 }
 
 #[test]
+fn five_kilograms_of_luggage_are_carried_and_fifty_are_not() {
+    let loaded = |luggage_kg: f64, seconds: f64| {
+        let mut settings = TrotSettings::default();
+        settings.physics.luggage_kg = luggage_kg;
+        walk(&ground(0.03, 0.0, 1), &settings, &AHEAD, seconds, 1)
+    };
+    let carried = loaded(5.0, 7.0);
+    assert_eq!(carried.fall, None);
+    let found = carried.measured();
+    println!("{found:?}");
+    assert!((found.speed_mps - 0.5).abs() < 0.05 && found.saturated < 0.01);
+    let forces = carried.states[5000..].iter().filter_map(|state| state.loads);
+    let mean_n =
+        forces.map(|loads| loads.foot_forces_n.iter().map(|force| force.z).sum::<f64>()).sum::<f64>()
+            / carried.states[5000..].len() as f64;
+    let weight_n = 9.806_65 * Body::go1_with(5.0).mass_kg;
+    assert!((mean_n / weight_n - 1.0).abs() < 0.03, "{mean_n} N on the feet of {weight_n} N");
+    let fall = loaded(50.0, 3.0).fall.map(|fall| fall.cause);
+    assert!(matches!(fall, Some(FallCause::Collapsed | FallCause::Tipped)), "{fall:?}");
+}
+
+#[test]
 fn a_fall_ends_a_run_with_its_cause() {
     let changes = ["gait.mode=\"physics\"", "gait.physics.friction=0.02", "world.terrain.slope_deg=20.0"];
     let document = Scenario::embedded("cone-field-go1-short").unwrap();

@@ -39,7 +39,7 @@ impl PhysicsGait {
     /// # Panics
     /// When the settings do not pass [`TrotSettings::check`] or the tick is not positive.
     pub fn new(world: &World, settings: &TrotSettings, start: Pose2, tick: Span, seed: Seed) -> Self {
-        let body = Body::go1();
+        let body = Body::go1_with(settings.physics.luggage_kg);
         let (world_from_base, angles_rad) = standing(&world.terrain, &start, settings.stand_height_m);
         let physics = &settings.physics;
         let spec = PlantSpec {
@@ -47,7 +47,7 @@ impl PhysicsGait {
             substeps: physics.substeps as usize,
             friction: physics.friction,
             rotors_kgm2: body.motors.map(|motor| motor.rotor_kgm2),
-            payload: go1::payload(),
+            payload: go1::payload().plus(&go1::luggage(physics.luggage_kg)),
         };
         let plant = Plant::new(world, &go1::go1(), &spec, &world_from_base, &angles_rad);
         let motors = seed.stream("robot/walk/motor");

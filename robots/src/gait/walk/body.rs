@@ -60,10 +60,19 @@ impl Body {
     /// # Panics
     /// Never: a test builds it from the embedded model.
     pub fn go1() -> Body {
+        Body::go1_with(0.0)
+    }
+
+    /// The same with luggage on its back, kg: see [`go1::luggage`].
+    ///
+    /// # Panics
+    /// Never: a test builds it from the embedded model.
+    pub fn go1_with(luggage_kg: f64) -> Body {
         let robot = go1::go1();
         let links = go1::LEGS.map(|leg| format!("{leg}_foot"));
         let feet = [&*links[0], &*links[1], &*links[2], &*links[3]];
-        Body::new(&robot, go1::JOINT_NAMES, feet, go1::MOTORS, &go1::payload())
+        let payload = go1::payload().plus(&go1::luggage(luggage_kg));
+        Body::new(&robot, go1::JOINT_NAMES, feet, go1::MOTORS, &payload)
             .expect("the embedded model has the legs that this crate's tests build")
     }
 
@@ -76,6 +85,9 @@ impl Body {
         let links = go1::LEGS.map(|leg| format!("{leg}_foot"));
         let feet = [&*links[0], &*links[1], &*links[2], &*links[3]];
         let body = Body::new(robot, go1::JOINT_NAMES, feet, go1::MOTORS, &Lump::NOTHING)?;
+        if !(body.mass_kg > 0.0 && body.mass_kg.is_finite()) {
+            return Err(BodyError::Mass { robot: robot.name.clone(), found: body.mass_kg.to_string() });
+        }
         for (index, name) in go1::JOINT_NAMES.iter().enumerate() {
             let Some(joint) = robot.joints.iter().find(|joint| joint.name == *name) else { continue };
             let Some(base_from_child) = robot.frame(&joint.child) else { continue };

@@ -23,6 +23,14 @@ pub enum BodyError {
         /// The leg's last joint.
         calf: String,
     },
+    /// What there is to be carried has no weight, or one beyond numbers.
+    #[error("robot \"{robot}\" weighs {found} kg, wanted more than nothing and a finite number")]
+    Mass {
+        /// The robot.
+        robot: String,
+        /// Its mass.
+        found: String,
+    },
     /// A leg's joint turns about another axis than the controller counts on.
     #[error("robot \"{robot}\" has joint \"{joint}\" turning about ({found}) in its base, wanted {wanted}")]
     Axis {

@@ -47,6 +47,8 @@ pub struct WalkSettings {
     pub velocity_noise_mps: f64,
     /// Standard deviation over runs of the constant error of the believed roll and pitch, degrees.
     pub tilt_error_deg: f64,
+    /// Luggage on the trunk's back beside the lidar and its bracket, kg; the controller knows of it.
+    pub luggage_kg: f64,
     /// Speed that a push gives to the trunk, m/s.
     pub push_mps: f64,
     /// Time between pushes, seconds.
@@ -80,6 +82,7 @@ impl Default for WalkSettings {
             joint_rate_noise_radps: 0.0,
             velocity_noise_mps: 0.0,
             tilt_error_deg: 0.0,
+            luggage_kg: 0.0,
             push_mps: 0.0,     // physics study: 0.15
             push_every_s: 7.0, // physics study
             substeps: 1,       // physics study: 4 change shaking below 100 Hz by 3 %
@@ -111,6 +114,8 @@ impl WalkSettings {
         within("joint_rate_noise_radps", self.joint_rate_noise_radps, 0.0, 5.0)?;
         within("velocity_noise_mps", self.velocity_noise_mps, 0.0, 1.0)?;
         within("tilt_error_deg", self.tilt_error_deg, 0.0, 20.0)?;
+        // Four times the robot: what it cannot carry it is to fall under, not to be spared.
+        within("luggage_kg", self.luggage_kg, 0.0, 50.0)?;
         within("push_mps", self.push_mps, 0.0, 5.0)?;
         within("push_every_s", self.push_every_s, 0.1, 1e4)?;
         within("substeps", f64::from(self.substeps), 1.0, 16.0)?;
