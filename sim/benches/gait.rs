@@ -128,7 +128,9 @@ fn measured(walk: &Walk) -> Option<Measured> {
 }
 
 fn verdict(walk: &Walk) -> String {
-    walk.fall.map_or("no fall".to_owned(), |fall| format!("fell after {}: {}", fall.after, fall.cause))
+    walk.fall.map_or("no fall".to_owned(), |fall| {
+        format!("fell after {:.3} s: {}", fall.after.seconds(), fall.cause)
+    })
 }
 
 fn flat() {

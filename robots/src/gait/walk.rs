@@ -335,7 +335,10 @@ impl Walker {
         let speed = sensed.linear_mps.xy();
         let excess = speed - heading(yaw_rad) * command.forward_mps;
         let stance_s = settings.duty_ratio * settings.period_s;
+        // Around the center of mass: a diagonal that stands beside it tips the trunk, each the other way, into a roll.
+        let center = self.body.center_of_mass;
         let (ahead, left) = neutral(leg);
+        let (ahead, left) = (ahead + center.x, left + center.y);
         // Half the stance's turn: the foot is to be neutral in the middle of its stance.
         let middle = heading(yaw_rad + 0.5 * command.turn_radps * stance_s);
         let arm = middle * ahead + Vector2::new(-middle.y, middle.x) * left;
