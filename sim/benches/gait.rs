@@ -287,6 +287,7 @@ fn plot(signals: &[&[f64]; 2]) -> String {
     let mut svg = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-70 -30 {} {}\" font-family=\"sans-serif\" font-size=\"14\">\
          <title>Vertical acceleration at the IMU, flat ground, 0.5 m/s: m/s2 rms per band of 1 Hz</title>\
+         <rect x=\"-70\" y=\"-30\" width=\"100%\" height=\"100%\" fill=\"white\"/>\
          <text x=\"0\" y=\"-10\">az at the IMU, m/s2 rms per 1 Hz: physics (solid), replayed strides (dashed)</text>",
         width + 90.0,
         height + 80.0
