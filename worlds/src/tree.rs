@@ -3,7 +3,7 @@
 use crate::crown::{Crown, CrownShape};
 use crate::haze::Haze;
 use crate::shape::{Frustum, Leaf};
-use crate::wind::LEAVES_PER_SHOOT;
+use crate::wind::{LEAVES_PER_SHOOT, LEAVES_PER_SPUR};
 use arborloop_base::{Draws, Stream};
 use nalgebra::{Point3, Unit, Vector3};
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -129,9 +129,10 @@ fn prototype(branches: Vec<Frustum>, crown: &Crown, foliage: &TreeFoliage, strea
     }
 }
 
-/// Orders leaves so that each [`LEAVES_PER_SHOOT`] in a row are neighbors: halves by the widest axis, down to a shoot.
+/// Orders leaves so that each [`LEAVES_PER_SHOOT`] in a row are neighbors, and in them each [`LEAVES_PER_SPUR`]: halves
+/// by the widest axis, down to a shoot and then to a spur.
 pub(crate) fn gather_shoots(leaves: &mut [Leaf]) {
-    if leaves.len() <= LEAVES_PER_SHOOT {
+    if leaves.len() <= LEAVES_PER_SPUR {
         return;
     }
     let Some(first) = leaves.first().map(|leaf| leaf.center) else { return };
@@ -139,7 +140,8 @@ pub(crate) fn gather_shoots(leaves: &mut [Leaf]) {
         .iter()
         .fold((first, first), |(low, high), leaf| (low.inf(&leaf.center), high.sup(&leaf.center)));
     let axis = (high - low).imax();
-    let middle = (leaves.len() / 2).next_multiple_of(LEAVES_PER_SHOOT).min(leaves.len() - 1);
+    let whole = if leaves.len() > LEAVES_PER_SHOOT { LEAVES_PER_SHOOT } else { LEAVES_PER_SPUR };
+    let middle = (leaves.len() / 2).next_multiple_of(whole).min(leaves.len() - 1);
     leaves.select_nth_unstable_by(middle, |a, b| a.center[axis].total_cmp(&b.center[axis]));
     let (near, far) = leaves.split_at_mut(middle);
     gather_shoots(near);

@@ -6,14 +6,15 @@
 //! |---|---|---|---|
 //! | trunk | the whole plant leans, more with height; still at lidar height | 0.5-1.5 Hz | 2 cm at the top |
 //! | limb | turns about its fork | 1-3 Hz | 10 cm at the tip |
-//! | shoot | eight neighboring leaves shift together | 2-5 Hz | 8 cm |
-//! | leaf | turns about its own `half_u` | 3-8 Hz | 30 deg |
+//! | shoot | up to 64 neighboring leaves shift together | 2-5 Hz | 8 cm |
+//! | leaf | turns about its own `half_u`, in step with its shoot's others | 3-8 Hz | 30 deg |
 //!
 //! Trunk and limb are one affine map per plant, so a beam is turned into a moving plant's frame and nothing is built
 //! anew. Everything is a pure function of place and time: any instant may be asked for, in any order.
 
 mod bend;
 mod gust;
+mod swept;
 mod swing;
 
 use crate::Plant;
@@ -27,10 +28,11 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use swing::{Modes, sine};
 
-/// Leaves that move together: a prototype's leaves `8 k` to `8 k + 7` are its shoot `k`.
-pub const LEAVES_PER_SHOOT: usize = 8;
-/// Leaves this many apart swing in step; those of neighboring shoots do not.
-pub const LEAF_PHASES: usize = 32;
+/// Leaves that move together: a prototype's leaves `64 k` to `64 k + 63` are its shoot `k`. Sixty-four leaves of a few
+/// centimeters fill a few decimeters: a shoot with its side shoots.
+pub const LEAVES_PER_SHOOT: usize = 64;
+/// Leaves of a shoot that sit closest together: each eight in a row.
+pub const LEAVES_PER_SPUR: usize = 8;
 /// Frequencies that the shoots, and the leaves, of one plant share out among themselves.
 pub const PITCHES: usize = 4;
 /// Below this height above its foot a trunk stands still, meters: lidars of walking robots look at 0.2 to 0.5 m.
@@ -78,8 +80,7 @@ const LEAF_HZ: [f64; 2] = [3.0, 8.0];
 /// The gust record's spacing and length. It begins anew after 328 s.
 const GUST_STEP_S: f64 = 0.04;
 const GUST_STEPS: usize = 8192;
-/// Consecutive shoots, and consecutive leaves of a shoot, are this many turns apart: the golden ratio's fraction, so
-/// that no two nearby move in step.
+/// Consecutive shoots are this many turns apart: the golden ratio's fraction, so that no two nearby move in step.
 const GOLDEN_TURNS: f64 = 0.618_033_988_749_895;
 
 /// Where a plant, or one limb of a tree, bends. World frame, at rest.
@@ -120,8 +121,7 @@ pub struct Sway {
     pub shoot_turns: [f64; PITCHES],
     /// Sine of a leaf's farthest turn. What swings is the sine.
     pub leaf_sin: f64,
-    /// Phases of the leaves' frequencies, turns in [0, 1); leaf `j` follows entry `j % 4`, ahead by its own turns among
-    /// [`LEAF_PHASES`].
+    /// Phases of the leaves' frequencies, turns in [0, 1); the leaves of shoot `k` follow entry `k % 4`.
     pub leaf_turns: [f64; PITCHES],
 }
 
@@ -134,6 +134,8 @@ pub struct Drift {
     pub shoot_m: f64,
     /// How far a leaf turns, radians.
     pub leaf_rad: f64,
+    /// How far plants bend, as a share of their deflections at 10 m/s: what [`Wind::swept`] goes by.
+    pub bend_ratio: f64,
 }
 
 impl Wind {
@@ -226,6 +228,7 @@ fn drift(plant: &Plant, gust: &Gust) -> Drift {
         plant_m: bend * (trunk_m * lift_ratio + limb_m),
         shoot_m: bend * SHOOT_M,
         leaf_rad: gust.flutter * LEAF_RAD,
+        bend_ratio: bend,
     }
 }
 
@@ -247,7 +250,7 @@ impl Sway {
         let shoot = index / LEAVES_PER_SHOOT;
         let shift =
             self.shoot_m * swing_of(self.shoot_turns[shoot % PITCHES], shoot) * shoot_direction(shoot);
-        let sin = self.leaf_sin * swing_of(self.leaf_turns[index % PITCHES], index % LEAF_PHASES);
+        let sin = self.leaf_sin * swing_of(self.leaf_turns[shoot % PITCHES], shoot);
         let cos = (1.0 - sin * sin).sqrt();
         let normal = rest.half_u.cross(&rest.half_v);
         Leaf {

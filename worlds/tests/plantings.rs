@@ -4,7 +4,7 @@ mod common;
 
 use arborloop_base::{Cell, Class, Seed};
 use arborloop_worlds::footprint::{HeightSlice, footprint};
-use arborloop_worlds::wind::LEAVES_PER_SHOOT;
+use arborloop_worlds::wind::LEAVES_PER_SPUR;
 use arborloop_worlds::{
     Bounds, CitrusSpec, OrchardSpec, Planting, RowsSpec, Season, World, WorldSpec, build, measure, rows,
     trunk_map,
@@ -177,7 +177,7 @@ fn every_tip_is_within_reach_of_its_hinge() {
 fn each_eight_leaves_are_neighbors() {
     for (name, planting) in each_small() {
         let world = build(&bare(planting), Seed(10));
-        let (mut inside_m, mut shoots, mut around_m, mut prototypes) = (0.0, 0, 0.0, 0);
+        let (mut inside_m, mut spurs, mut around_m, mut prototypes) = (0.0, 0, 0.0, 0);
         for prototype in world.prototypes.iter().filter(|prototype| prototype.leaves.len() > 200) {
             let spread = |leaves: &[arborloop_worlds::Leaf]| {
                 let middle = leaves.iter().map(|leaf| leaf.center.coords).sum::<nalgebra::Vector3<f64>>()
@@ -185,16 +185,16 @@ fn each_eight_leaves_are_neighbors() {
                 leaves.iter().map(|leaf| (leaf.center.coords - middle).norm()).sum::<f64>()
                     / leaves.len() as f64
             };
-            for shoot in prototype.leaves.chunks_exact(LEAVES_PER_SHOOT) {
-                inside_m += spread(shoot);
-                shoots += 1;
+            for spur in prototype.leaves.chunks_exact(LEAVES_PER_SPUR) {
+                inside_m += spread(spur);
+                spurs += 1;
             }
             around_m += spread(&prototype.leaves);
             prototypes += 1;
         }
-        let (inside_m, around_m) = (inside_m / f64::from(shoots), around_m / f64::from(prototypes));
+        let (inside_m, around_m) = (inside_m / f64::from(spurs), around_m / f64::from(prototypes));
         // Eight of n leaves fill a share of 8/n of the volume: at n > 200, a third of the size.
-        assert!(inside_m < 0.4 * around_m, "{name}: shoots spread {inside_m} m of {around_m} m");
+        assert!(inside_m < 0.4 * around_m, "{name}: spurs spread {inside_m} m of {around_m} m");
     }
 }
 

@@ -1,7 +1,9 @@
 //! The wind's laws: how fast it blows, how far and how quickly each scale of a plant gives way, and what stays put.
 
 use arborloop_base::Seed;
-use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT, STILL_BELOW_M, shoot_direction, swing_of};
+use arborloop_worlds::wind::{
+    Drift, LEAVES_PER_SHOOT, LEAVES_PER_SPUR, STILL_BELOW_M, shoot_direction, swing_of,
+};
 use arborloop_worlds::{Sway, TerrainSpec, WindSpec, World, WorldSpec, build};
 use nalgebra::Vector3;
 
@@ -31,7 +33,7 @@ fn still_air_moves_nothing_at_all() {
         }
     }
     let drift = world.wind.drift_max(&world.plants[0]);
-    assert_eq!(drift, Drift { plant_m: 0.0, shoot_m: 0.0, leaf_rad: 0.0 });
+    assert_eq!(drift, Drift { plant_m: 0.0, shoot_m: 0.0, leaf_rad: 0.0, bend_ratio: 0.0 });
     assert_eq!(drift, world.wind.drift_between(&world.plants[0], 3.0, 4.0));
     assert_eq!(world.wind.speed_mps(1.0, 2.0, 3.0), 0.0);
 }
@@ -88,7 +90,7 @@ fn gusts_lose_power_with_frequency_as_kaimal_found() {
 fn no_point_ever_drifts_farther_than_the_bound_that_boxes_are_built_with() {
     for mean_mps in [1.0, 4.0, 12.0] {
         let world = breezy(mean_mps);
-        let mut shares = Vec::new();
+        let (mut shares, mut fills) = (Vec::new(), Vec::new());
         for (index, plant) in world.plants.iter().enumerate() {
             let ever = world.wind.drift_max(plant);
             let scale = plant.world_from_plant.scaling();
@@ -101,6 +103,12 @@ fn no_point_ever_drifts_farther_than_the_bound_that_boxes_are_built_with() {
                 for leaf in world.prototypes[plant.prototype].leaves.iter().step_by(97) {
                     let rest = plant.world_from_plant * leaf.center;
                     let moved = (sway.world_from_plant * leaf.center - rest).norm();
+                    let [low, high] = world.wind.swept(index, &now, [rest, rest]);
+                    let place = sway.world_from_plant * leaf.center;
+                    let inside =
+                        |axis: usize| (low[axis] - 1e-12..=high[axis] + 1e-12).contains(&place[axis]);
+                    assert!((0..3).all(inside), "{place} is not between {low} and {high}");
+                    fills.push(moved / (high - low).norm());
                     assert!(moved <= now.plant_m + 1e-12, "{moved} of {now:?}");
                     shares.push(moved / ever.plant_m);
                 }
@@ -108,6 +116,7 @@ fn no_point_ever_drifts_farther_than_the_bound_that_boxes_are_built_with() {
         }
         // A bound that nothing comes near would make every box too large.
         assert!(shares.iter().copied().fold(0.0, f64::max) > 0.3);
+        assert!(fills.iter().copied().fold(0.0, f64::max) > 0.3);
     }
 }
 
@@ -131,7 +140,7 @@ fn a_leaf_keeps_its_size_and_its_shoot_while_it_moves() {
 }
 
 #[test]
-fn neighboring_leaves_of_a_shoot_lie_closer_together_than_the_crown() {
+fn neighboring_leaves_of_a_shoot_and_a_spur_lie_closer_together_than_the_crown() {
     let world = breezy(0.0);
     for prototype in &world.prototypes {
         let spread = |leaves: &[arborloop_worlds::Leaf]| {
@@ -140,9 +149,13 @@ fn neighboring_leaves_of_a_shoot_lie_closer_together_than_the_crown() {
             leaves.iter().map(|leaf| (leaf.center.coords - center).norm()).fold(0.0, f64::max)
         };
         let crown = spread(&prototype.leaves);
-        let shoots: Vec<f64> = prototype.leaves.chunks(LEAVES_PER_SHOOT).map(spread).collect();
-        let mean = shoots.iter().sum::<f64>() / shoots.len() as f64;
-        assert!(mean < 0.4 * crown, "{mean} of {crown}");
+        for members in [LEAVES_PER_SHOOT, LEAVES_PER_SPUR] {
+            let spreads: Vec<f64> = prototype.leaves.chunks_exact(members).map(spread).collect();
+            let mean = spreads.iter().sum::<f64>() / spreads.len() as f64;
+            // A cube of as large a share of a ball's volume has this half diagonal; boxes are up to twice as long as wide.
+            let cube = 1.4 * (members as f64 / prototype.leaves.len() as f64).cbrt();
+            assert!(mean < 1.25 * cube * crown, "{mean} of {crown}, {members} leaves");
+        }
     }
 }
 

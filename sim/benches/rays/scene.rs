@@ -5,7 +5,7 @@
 
 use arborloop_base::{Draws, Seed, Span, Time};
 use arborloop_sim::optics::Ray;
-use arborloop_worlds::wind::LEAVES_PER_SHOOT;
+use arborloop_worlds::wind::{LEAVES_PER_SHOOT, LEAVES_PER_SPUR};
 use arborloop_worlds::{
     GrassSpec, Hinge, Leaf, Plant, Planting, Prototype, SurroundingsSpec, TerrainSpec, Wind, WindSpec, World,
     WorldSpec, build,
@@ -142,7 +142,9 @@ pub(crate) fn orchard(size: Size, air: Air) -> Orchard {
             world.prototypes.push(of(trunk()));
             world.prototypes.extend(limbs(leaves).into_iter().map(of));
         } else {
-            world.prototypes.push(of([trunk(), leaves.clone()].concat()));
+            let mut tree = [trunk(), leaves.clone()].concat();
+            gather(&mut tree);
+            world.prototypes.push(of(tree));
         }
     }
     let in_row = ((size.trees as f64 * ROW_M / TREE_M).sqrt().round() as usize).max(1);
@@ -219,7 +221,7 @@ fn limbs(leaves: &[Leaf]) -> Vec<Vec<Leaf>> {
 
 /// Orders leaves so that each shoot's are neighbors, as a grown prototype's are: halves by the widest axis.
 fn gather(leaves: &mut [Leaf]) {
-    if leaves.len() <= LEAVES_PER_SHOOT {
+    if leaves.len() <= LEAVES_PER_SPUR {
         return;
     }
     let start = leaves[0].center;
@@ -228,7 +230,8 @@ fn gather(leaves: &mut [Leaf]) {
         .fold((start, start), |(low, high), leaf| (low.inf(&leaf.center), high.sup(&leaf.center)));
     let axis = (high - low).imax();
     leaves.sort_by(|a, b| a.center[axis].total_cmp(&b.center[axis]));
-    let middle = (leaves.len() / 2).next_multiple_of(LEAVES_PER_SHOOT).min(leaves.len() - 1);
+    let whole = if leaves.len() > LEAVES_PER_SHOOT { LEAVES_PER_SHOOT } else { LEAVES_PER_SPUR };
+    let middle = (leaves.len() / 2).next_multiple_of(whole).min(leaves.len() - 1);
     let (near, far) = leaves.split_at_mut(middle);
     gather(near);
     gather(far);

@@ -17,6 +17,7 @@ mod patch;
 mod pole;
 mod shoot;
 mod simd;
+mod spur;
 mod upper;
 mod walk;
 
@@ -24,7 +25,7 @@ use super::boxes::Aabb;
 use super::soil::Facet;
 use super::{Ray, surface};
 use arborloop_base::Time;
-use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT};
+use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT, shoot_direction};
 use arborloop_worlds::{Leaf, Plant, Prototype, World};
 use ease::Mobility;
 use ground::Soil;
@@ -35,6 +36,7 @@ use node::{Child, Node};
 use pole::Pole;
 use shoot::Shoot;
 pub use simd::InstructionSet;
+use spur::Spur;
 use upper::{Fitted, Upper};
 use walk::Pending;
 
@@ -45,6 +47,7 @@ const SOLID: u32 = 2;
 const TILE: u32 = 3;
 const SHOOT: u32 = 1;
 const BRANCH: u32 = 2;
+const SPUR: u32 = 3;
 /// Branches enter their tree in pieces of about this length, meters: a long slanting one would fill a large box.
 const PIECE_M: f64 = 0.3;
 
@@ -70,6 +73,10 @@ struct Standing {
     world_from_plant: Map,
     /// Around all of it, seen from the scene's center.
     resting: Aabb,
+    /// The same with all shoots as far to both sides as they ever shift.
+    blown: Aabb,
+    /// How far that is, meters.
+    shoot_m_max: f64,
 }
 
 /// A prototype.
@@ -79,6 +86,7 @@ struct Grown {
     /// One for each node.
     mobility: Vec<Mobility>,
     shoots: Vec<Shoot>,
+    spurs: Vec<Spur>,
     branches: Vec<Pole>,
     /// No leaf reaches farther than this from its `half_u`, meters.
     half_v_m_max: f32,
@@ -124,8 +132,7 @@ impl Scene {
         let bounds = world.terrain.bounds();
         let middle = nalgebra::center(&bounds.low, &bounds.high);
         let center = Point3::new(middle.x, middle.y, 0.0);
-        let (grown, corners): (Vec<Grown>, Vec<Vec<Point3<f64>>>) =
-            world.prototypes.iter().map(Grown::new).unzip();
+        let (grown, parts): (Vec<Grown>, Vec<Vec<Part>>) = world.prototypes.iter().map(Grown::new).unzip();
         let mut scene = Scene {
             isa: InstructionSet::widest(),
             center,
@@ -135,7 +142,14 @@ impl Scene {
             plants: world
                 .plants
                 .iter()
-                .map(|plant| Standing::new(plant, &corners[plant.prototype], &center))
+                .map(|plant| {
+                    Standing::new(
+                        plant,
+                        &parts[plant.prototype],
+                        &center,
+                        world.wind.drift_max(plant).shoot_m,
+                    )
+                })
                 .collect(),
             grown,
         };
@@ -208,15 +222,26 @@ impl Scene {
     #[inline(always)]
     pub(super) fn leaf_at(&self, plant: usize, leaf: usize, rest: &Leaf, moment: &Between) -> Leaf {
         let grown = &self.grown[self.plants[plant].prototype as usize];
-        grown.shoots[leaf / LEAVES_PER_SHOOT].leaf_at(leaf, rest, moment)
+        let shoot = leaf / LEAVES_PER_SHOOT;
+        grown.shoots[shoot].leaf_at(shoot, rest, moment)
     }
 
     /// The box of all that a plant fills while it drifts no farther than this, seen from the scene's center.
-    fn filled(&self, plant: &Plant, index: usize, drift: &Drift) -> Aabb {
-        let standing = &self.plants[index];
+    fn filled(&self, world: &World, index: usize, drift: &Drift) -> Aabb {
+        let (standing, plant) = (&self.plants[index], &world.plants[index]);
+        let Standing { resting, blown, shoot_m_max, .. } = standing;
+        if !resting.is_real() {
+            return *resting;
+        }
+        // Sides are convex in how far shoots shift.
+        let share = if *shoot_m_max > 0.0 { drift.shoot_m / shoot_m_max } else { 0.0 };
         let leaf_m = f64::from(self.grown[plant.prototype].half_v_m_max) * 2.0 * (0.5 * drift.leaf_rad).sin();
-        let room_m = drift.plant_m + drift.shoot_m + leaf_m * plant.world_from_plant.scaling();
-        standing.resting.grown(&Vector3::repeat(room_m))
+        let low = resting.low + (blown.low - resting.low) * share;
+        let high = resting.high + (blown.high - resting.high) * share;
+        let room = Vector3::repeat(leaf_m * plant.world_from_plant.scaling());
+        let corners = [low + self.center.coords - room, high + self.center.coords + room];
+        let [low, high] = world.wind.swept(index, drift, corners);
+        Aabb { low: low - self.center.coords, high: high - self.center.coords }
     }
 
     /// From a resting plant's frame to the world.
@@ -234,30 +259,48 @@ impl Scene {
         fn of<T>(all: &Vec<T>) -> usize {
             all.capacity() * size_of::<T>()
         }
-        let grown = |one: &Grown| of(&one.nodes) + of(&one.mobility) + of(&one.shoots) + of(&one.branches);
+        let grown = |one: &Grown| {
+            of(&one.nodes) + of(&one.mobility) + of(&one.shoots) + of(&one.spurs) + of(&one.branches)
+        };
         let shared: usize = self.grown.iter().map(grown).sum();
         self.upper.bytes() + self.soil.bytes() + of(&self.solids) + of(&self.plants) + shared
     }
 }
 
 impl Standing {
-    fn new(plant: &Plant, corners: &[Point3<f64>], center: &Point3<f64>) -> Self {
+    /// `shoot_m_max` is how far shoots ever shift, world meters.
+    fn new(plant: &Plant, parts: &[Part], center: &Point3<f64>, shoot_m_max: f64) -> Self {
         let map = |pose: &Similarity3<f64>| Map::new(&Affine3::from_matrix_unchecked(pose.to_homogeneous()));
+        let world_from_plant = &plant.world_from_plant;
+        let (mut resting, mut blown) = (Aabb::empty(), Aabb::empty());
+        for part in parts {
+            let rest = part.rest.transformed(|corner| world_from_plant * corner - center.coords);
+            let along = world_from_plant.isometry.rotation * part.along;
+            resting = resting.with(&rest);
+            blown = blown.with(&rest.grown(&(along.abs() * shoot_m_max)));
+        }
         Standing {
             prototype: plant.prototype as u32,
-            plant_from_world: map(&plant.world_from_plant.inverse()),
-            world_from_plant: map(&plant.world_from_plant),
-            resting: Aabb::around(
-                corners.iter().map(|corner| plant.world_from_plant * corner - center.coords),
-            ),
+            plant_from_world: map(&world_from_plant.inverse()),
+            world_from_plant: map(world_from_plant),
+            resting,
+            blown,
+            shoot_m_max,
         }
     }
 }
 
+/// A box of things that move together, plant frame.
+struct Part {
+    rest: Aabb,
+    /// The line along which the wind moves it; zero if it does not.
+    along: Vector3<f64>,
+}
+
 impl Grown {
-    /// With the corners of the boxes of everything at rest, plant frame.
-    fn new(prototype: &Prototype) -> (Self, Vec<Point3<f64>>) {
-        let (shoots, mut boxes) = shoot::shoots(&prototype.leaves);
+    /// With the boxes of everything in it.
+    fn new(prototype: &Prototype) -> (Self, Vec<Part>) {
+        let (shoots, mut boxes, spurs) = shoot::shoots(&prototype.leaves);
         let mut children: Vec<Child> = (0..shoots.len()).map(|index| Child::new(SHOOT, index)).collect();
         for (index, branch) in prototype.branches.iter().enumerate() {
             let pieces = (branch.height_m / PIECE_M).ceil().clamp(1.0, 64.0) as usize;
@@ -273,15 +316,18 @@ impl Grown {
         let half_v_m_max = half_v_m.fold(1e-9, f64::max) as f32;
         let nodes = node::tree(&boxes, &children);
         let mobility = |node: &Node| Mobility::new(node, &shoots, &prototype.leaves, half_v_m_max);
-        let corners = boxes.iter().filter(|one| one.is_real()).flat_map(Aabb::corners).collect();
+        let along = |index: usize| shoots.get(index).map_or(Vector3::zeros(), |_| shoot_direction(index));
+        let parts = boxes.iter().enumerate().filter(|(_, rest)| rest.is_real());
+        let parts = parts.map(|(index, rest)| Part { rest: *rest, along: along(index) }).collect();
         let grown = Grown {
             mobility: nodes.iter().map(mobility).collect(),
             nodes,
             shoots,
+            spurs,
             branches: prototype.branches.iter().map(|branch| Pole::new(branch, &Point3::origin())).collect(),
             half_v_m_max,
         };
-        (grown, corners)
+        (grown, parts)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::Plant;
 use nalgebra::{Affine3, Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Share of a bend that is a steady lean before the wind; the rest swings about it.
-const LEAN_RATIO: f64 = 0.4;
+pub(super) const LEAN_RATIO: f64 = 0.4;
 
 /// A plant at one instant: [`Wind::sway`] before its placement is worked out.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -36,11 +36,11 @@ pub struct Stem {
     /// How much later than at the origin gusts are here.
     delay_s: f64,
     /// At a bending of one: how far aside the trunk is for each meter, the limb's turn, how far a shoot shifts.
-    lean_ratio: f64,
-    turn_rad: f64,
+    pub(super) lean_ratio: f64,
+    pub(super) turn_rad: f64,
     shoot_m: f64,
-    fork: [f64; 3],
-    still_m: f64,
+    pub(super) fork: [f64; 3],
+    pub(super) still_m: f64,
 }
 
 impl Stem {

@@ -5,8 +5,8 @@ use super::flutter::Flutter;
 use super::lanes::{Isa, Lanes};
 use super::moment::Knots;
 use super::node::Child;
-use super::walk::{self, Beams, Met, Nearest, Pending, Visit};
-use super::{Found, Grown, PLANT, SHOOT, SOLID, Scene, Surface, TILE, Worker, packet, simd};
+use super::walk::{self, Beams, Foresee, Met, Nearest, Pending, Visit};
+use super::{Found, Grown, PLANT, SHOOT, SOLID, SPUR, Scene, Surface, TILE, Worker, packet, simd};
 use crate::optics::Ray;
 use arborloop_base::Time;
 use arborloop_worlds::World;
@@ -99,7 +99,9 @@ impl<I: Isa> Visit<I> for InWorld<'_, I> {
             _ => self.enter(index, mask, nearest, stack),
         }
     }
+}
 
+impl<I: Isa> Foresee for InWorld<'_, I> {
     #[inline(always)]
     fn foresee(&self, child: Child) {
         if child.kind() == PLANT {
@@ -159,20 +161,27 @@ struct InPlant<'a, I: Isa> {
 
 impl<I: Isa> Visit<I> for InPlant<'_, I> {
     #[inline(always)]
-    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, _: &mut Vec<Pending>) {
+    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
         let index = child.index();
         if child.kind() == SHOOT {
-            self.grown.shoots[index].meet(index, self.flutter, self.beams, mask, self.place, nearest);
+            let Grown { shoots, spurs, .. } = self.grown;
+            let (flutter, beams, place) = (self.flutter, self.beams, self.place);
+            shoots[index].meet(index, spurs, flutter, beams, mask, place, nearest, stack, &*self);
         } else {
             let met = Met { place: self.place, part: Met::BRANCH | index as u32 };
             self.grown.branches[index].meet(self.beams, mask, met, nearest);
         }
     }
+}
 
+impl<I: Isa> Foresee for InPlant<'_, I> {
     #[inline(always)]
     fn foresee(&self, child: Child) {
-        if child.kind() == SHOOT {
-            simd::prefetch(&self.grown.shoots[child.index()]);
+        match child.kind() {
+            SHOOT => self.grown.shoots[child.index()].foresee(self.flutter.is_some()),
+            SPUR if self.flutter.is_some() => simd::prefetch(&self.grown.spurs[child.index()]),
+            SPUR => simd::prefetch(&self.grown.spurs[child.index()].rest),
+            _ => {}
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::flutter::Flutter;
 use super::lanes::{Bytes, Isa, Lanes};
 use super::node::Node;
-use super::shoot::Shoot;
+use super::shoot::{LEAF_SIN_MAX, Shoot};
 use super::{MARGIN_M, SHOOT, simd};
 use arborloop_worlds::Leaf;
 use arborloop_worlds::wind::LEAVES_PER_SHOOT;
@@ -12,10 +12,13 @@ use arborloop_worlds::wind::LEAVES_PER_SHOOT;
 pub(super) type Boxes<I> = [[<I as Isa>::Half; 2]; 3];
 
 /// How wide boxes are held.
-pub(super) trait Ease<I: Isa> {
+pub(super) trait Ease<I: Isa>: Prepare {
     /// The boxes of a node as seen from a point of its frame, with room for rounding and for all that moves in them.
     fn boxes(&self, index: usize, node: &Node, from: &[f32; 3]) -> Boxes<I>;
+}
 
+/// Knows when boxes will be asked for.
+pub(super) trait Prepare {
     /// The node is likely to be opened soon.
     fn foresee(&self, index: usize);
 }
@@ -45,7 +48,9 @@ impl<I: Isa> Ease<I> for AtRest {
     fn boxes(&self, _: usize, node: &Node, from: &[f32; 3]) -> Boxes<I> {
         around::<I>(node, from, MARGIN_M)
     }
+}
 
+impl Prepare for AtRest {
     #[inline(always)]
     fn foresee(&self, _: usize) {}
 }
@@ -102,7 +107,9 @@ impl<I: Isa> Ease<I> for Swaying<'_> {
         }
         boxes
     }
+}
 
+impl Prepare for Swaying<'_> {
     #[inline(always)]
     fn foresee(&self, index: usize) {
         simd::prefetch(&self.mobility[index]);
@@ -122,10 +129,6 @@ pub(super) struct Mobility {
     /// By how many 255ths of the leaves' farthest shift the box is wider.
     leaf: [[u8; 8]; 3],
 }
-
-/// Sine of the farthest turn, rounded up. A box's growth with the sine is convex, so that its chord from zero to here
-/// bounds it.
-const LEAF_SIN_MAX: f64 = 0.51;
 
 impl Mobility {
     pub(super) fn new(node: &Node, shoots: &[Shoot], leaves: &[Leaf], half_v_m_max: f32) -> Self {
@@ -151,6 +154,7 @@ impl Mobility {
 }
 
 /// How much a box around the leaves grows along an axis, on the side that grows more, when they turn as far as can be.
+/// The growth is convex in the sine, so that its chord bounds it.
 fn growth_m(leaves: &[Leaf], axis: usize) -> f64 {
     let far = |sign: f64, sin: f64| {
         let reach = |leaf: &Leaf| {

@@ -1,63 +1,39 @@
 //! How the shoots and leaves of one plant move at an instant.
 
 use super::lanes::{Isa, Lanes};
-use arborloop_worlds::wind::{Bend, LEAF_PHASES, LEAVES_PER_SHOOT, own_turns};
-use std::f64::consts::TAU;
-use std::sync::LazyLock;
+use super::spur::Turn;
+use arborloop_worlds::wind::Bend;
 
-/// Every so many shoots, leaves swing in step.
-const STEPS: usize = LEAF_PHASES / LEAVES_PER_SHOOT;
-
-/// Sines and cosines of the phases that shoots share, times their farthest shift, so that a shoot's own are an addition theorem away, and the turns
-/// of all leaves. Single precision, without instructions that some processors lack: the same bits everywhere.
+/// Sines and cosines of the phases that shoots share, times their farthest shift or the sine of their leaves' farthest
+/// turn, so that a shoot's own are an addition theorem away. Single precision, without instructions that some processors
+/// lack: the same bits everywhere.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flutter {
-    /// Sines of the turns of a shoot's eight leaves, then their cosines; shoot `k`'s in entry `k % STEPS`.
-    leaves: [[[f32; 8]; 2]; STEPS],
     shoots: [[f32; 8]; 2],
+    leaves: [[f32; 4]; 2],
     /// How far shoots shift at most, plant frame, meters.
     pub(super) shoot_m: f32,
     /// Sine of the farthest turn of leaves.
     pub(super) leaf_sin: f32,
 }
 
-/// Sines and cosines of the turns by which leaves are ahead of their plant's phase.
-static AHEAD: LazyLock<[[[f32; 8]; 2]; STEPS]> = LazyLock::new(|| {
-    std::array::from_fn(|step| {
-        let angle = |slot: usize| TAU * own_turns(step * LEAVES_PER_SHOOT + slot);
-        [
-            std::array::from_fn(|slot| angle(slot).sin() as f32),
-            std::array::from_fn(|slot| angle(slot).cos() as f32),
-        ]
-    })
-});
-
 impl Flutter {
     /// From the sines and cosines of a plant's phases, the shoots' in entries 8 to 11 and the leaves' from 12 on.
     #[inline(always)]
     pub(super) fn new(bend: &Bend, sin: &[f32; 16], cos: &[f32; 16]) -> Self {
         let (shoot_m, leaf_sin) = (bend.shoot_m as f32, bend.leaf_sin as f32);
-        let mut flutter =
-            Flutter { leaves: [[[0.0; 8]; 2]; STEPS], shoots: [[0.0; 8]; 2], shoot_m, leaf_sin };
-        let ahead: &[[[f32; 8]; 2]; STEPS] = &AHEAD;
-        let mut step = 0;
-        while step < STEPS {
-            let mut slot = 0;
-            while slot < 8 {
-                let [ahead_sin, ahead_cos] = [ahead[step][0][slot], ahead[step][1][slot]];
-                let turn_sin =
-                    leaf_sin * (sin[12 + (slot & 3)] * ahead_cos + cos[12 + (slot & 3)] * ahead_sin);
-                flutter.leaves[step][0][slot] = turn_sin;
-                flutter.leaves[step][1][slot] = (1.0 - turn_sin * turn_sin).sqrt();
-                slot += 1;
-            }
-            step += 1;
-        }
+        let mut flutter = Flutter { shoots: [[0.0; 8]; 2], leaves: [[0.0; 4]; 2], shoot_m, leaf_sin };
         let mut slot = 0;
         while slot < 8 {
             flutter.shoots[0][slot] = shoot_m * sin[8 + (slot & 3)];
             flutter.shoots[1][slot] = shoot_m * cos[8 + (slot & 3)];
             slot += 1;
+        }
+        let mut pitch = 0;
+        while pitch < 4 {
+            flutter.leaves[0][pitch] = leaf_sin * sin[12 + pitch];
+            flutter.leaves[1][pitch] = leaf_sin * cos[12 + pitch];
+            pitch += 1;
         }
         flutter
     }
@@ -71,15 +47,14 @@ impl Flutter {
     /// How far a shoot is along its line, meters; `ahead` is its own.
     #[inline(always)]
     pub(super) fn shift_m(&self, shoot: usize, [sin, cos]: [f32; 2]) -> f32 {
-        let [shared_sin, shared_cos] = [self.shoots[0][shoot & 3], self.shoots[1][shoot & 3]];
-        shared_sin * cos + shared_cos * sin
+        self.shoots[0][shoot & 3] * cos + self.shoots[1][shoot & 3] * sin
     }
 
-    /// Sines and cosines of the turns of a shoot's leaves.
+    /// How far a shoot's leaves have turned.
     #[inline(always)]
-    pub(super) fn leaves(&self, shoot: usize) -> [&[f32; 8]; 2] {
-        let [sin, cos] = &self.leaves[shoot % STEPS];
-        [sin, cos]
+    pub(super) fn turn(&self, shoot: usize, [sin, cos]: [f32; 2]) -> Turn {
+        let sin = self.leaves[0][shoot & 3] * cos + self.leaves[1][shoot & 3] * sin;
+        Turn { sin, cos: (1.0 - sin * sin).sqrt() }
     }
 }
 
@@ -117,6 +92,7 @@ fn series<I: Isa>(turns: I::Wide) -> I::Wide {
 mod tests {
     use super::super::lanes::Portable;
     use super::*;
+    use std::f64::consts::TAU;
 
     #[test]
     fn sines_and_cosines_agree_with_the_library_s() {

@@ -118,6 +118,16 @@ impl Node {
         }
     }
 
+    /// A node around these boxes, each with an item of a kind: the first item in the first box and so on. Boxes that hold
+    /// nothing stay empty.
+    pub(super) fn holding(whole: &Aabb, parts: &[Aabb], kind: u32) -> Self {
+        let mut node = Node::around(whole);
+        for (slot, part) in parts.iter().enumerate().filter(|(_, part)| part.is_real()) {
+            node.hang(slot, part, Child::new(kind, slot));
+        }
+        node
+    }
+
     fn hang(&mut self, slot: usize, part: &Aabb, child: Child) {
         self.hold(slot, part);
         self.children[slot] = child;

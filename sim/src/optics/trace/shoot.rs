@@ -1,69 +1,83 @@
-//! Shoots: eight neighboring leaves as one block of a prototype's tree, and how they move in the wind.
+//! Shoots: eight spurs in boxes of their own, which shift together in the wind while their leaves turn in step.
+//!
+//! A beam is shifted once for all of a shoot's leaves, and the boxes of its spurs are those of the leaves' turn at that
+//! moment: between the box at rest and the one after the farthest turn to that side, which bounds what is between.
 
 use super::super::boxes::Aabb;
 use super::super::surface;
+use super::ease::Boxes;
 use super::flutter::Flutter;
-use super::lanes::{Isa, Lanes};
+use super::lanes::{Bytes, Isa, Lanes};
 use super::moment::Between;
-use super::patch::{self, Outline};
-use super::walk::{Beams, Met, Nearest};
+use super::node::{Child, Node};
+use super::spur::{self, Spur, Turn};
+use super::walk::{self, Beams, Met, Nearest, Pending, Visit};
+use super::{MARGIN_M, SPUR, simd};
 use arborloop_worlds::Leaf;
-use arborloop_worlds::wind::{LEAVES_PER_SHOOT, own_turns, shoot_direction};
+use arborloop_worlds::wind::{LEAVES_PER_SHOOT, LEAVES_PER_SPUR, own_turns, shoot_direction};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
-/// Eight leaves, coordinate by coordinate, plant frame. Leaves that are not there are points, which no beam meets.
+/// Spurs in a shoot.
+const SPURS: usize = LEAVES_PER_SHOOT / LEAVES_PER_SPUR;
+/// Sine of the farthest turn, rounded up.
+pub(super) const LEAF_SIN_MAX: f64 = 0.51;
+
+/// Up to 64 leaves, plant frame: what stands still of them in the first two lines of memory. Corners as in [`Node`].
 #[derive(Debug, Clone)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(super) struct Shoot {
-    center: [[f32; 8]; 3],
-    half_u: [[f32; 8]; 3],
-    half_v: [[f32; 8]; 3],
+    low: [f32; 3],
+    step: [f32; 3],
     /// The line along which the wind moves it.
     direction: [f32; 3],
-    /// Sine and cosine of the turns by which it is ahead of its plant's phase.
+    /// Sine and cosine of the turns by which it is ahead of its plant's phases.
     ahead: [f32; 2],
-    /// The product of `half_u` and `half_v` over the length of `half_u`, meters: where `half_v` is after a quarter turn.
-    quarter: [[f32; 8]; 3],
-    /// The length of `half_u`, meters.
-    length_u: [f32; 8],
-    /// Whether all leaves' half sides are at right angles, as grown leaves' are.
-    square: bool,
+    filled: u32,
+    rest: Corners,
+    /// When leaves have turned as far as can be, backward and forward.
+    turned: [Corners; 2],
 }
 
-/// A prototype's leaves as shoots, with the box of each at rest.
-pub(super) fn shoots(leaves: &[Leaf]) -> (Vec<Shoot>, Vec<Aabb>) {
+#[derive(Debug, Clone)]
+#[repr(C)]
+struct Corners {
+    from: [[u8; 8]; 3],
+    to: [[u8; 8]; 3],
+}
+
+/// A prototype's leaves as shoots, the box of each at rest, and their spurs, eight to a shoot.
+pub(super) fn shoots(leaves: &[Leaf]) -> (Vec<Shoot>, Vec<Aabb>, Vec<Spur>) {
     let shoots = leaves.chunks(LEAVES_PER_SHOOT).enumerate().map(|(index, leaves)| Shoot::new(index, leaves));
-    let bounds = leaves
-        .chunks(LEAVES_PER_SHOOT)
-        .map(|leaves| leaves.iter().fold(Aabb::empty(), |all, leaf| all.with(&surface::leaf_bounds(leaf))));
-    (shoots.collect(), bounds.collect())
+    let (shoots, bounds) = shoots.unzip();
+    (shoots, bounds, leaves.chunks(LEAVES_PER_SPUR).map(Spur::new).collect())
 }
 
 impl Shoot {
-    fn new(index: usize, leaves: &[Leaf]) -> Self {
-        let sin_cos = |turns: f64| [(TAU * turns).sin() as f32, (TAU * turns).cos() as f32];
-        let mut shoot = Shoot {
-            center: [[0.0; 8]; 3],
-            half_u: [[0.0; 8]; 3],
-            half_v: [[0.0; 8]; 3],
-            direction: shoot_direction(index).map(|x| x as f32).into(),
-            ahead: sin_cos(own_turns(index)),
-            quarter: [[0.0; 8]; 3],
-            length_u: [0.0; 8],
-            square: leaves.iter().all(is_square),
-        };
-        for (slot, leaf) in leaves.iter().enumerate() {
-            let quarter = quarter(leaf);
-            shoot.length_u[slot] = leaf.half_u.norm() as f32;
-            for axis in 0..3 {
-                shoot.center[axis][slot] = leaf.center[axis] as f32;
-                shoot.half_u[axis][slot] = leaf.half_u[axis] as f32;
-                shoot.half_v[axis][slot] = leaf.half_v[axis] as f32;
-                shoot.quarter[axis][slot] = quarter[axis] as f32;
+    /// With its box at rest.
+    fn new(index: usize, leaves: &[Leaf]) -> (Self, Aabb) {
+        let turned = [-1.0, 0.0, 1.0].map(|turn| {
+            let mut boxes = [Aabb::empty(); SPURS];
+            for (bounds, leaves) in boxes.iter_mut().zip(leaves.chunks(LEAVES_PER_SPUR)) {
+                let all = leaves.iter().fold(Aabb::empty(), |all, leaf| all.with(&turned_bounds(leaf, turn)));
+                *bounds = if all.is_real() { all } else { Aabb::empty() };
             }
-        }
-        shoot
+            boxes
+        });
+        let whole = turned.iter().flatten().fold(Aabb::empty(), |all, one| all.with(one));
+        let [back, rest, forward] = turned.map(|boxes| Node::holding(&whole, &boxes, SPUR));
+        let corners = |node: &Node| Corners { from: node.from, to: node.to };
+        let angle = TAU * own_turns(index);
+        let shoot = Shoot {
+            low: rest.low,
+            step: rest.step,
+            direction: shoot_direction(index).map(|x| x as f32).into(),
+            ahead: [angle.sin() as f32, angle.cos() as f32],
+            filled: rest.filled,
+            rest: corners(&rest),
+            turned: [corners(&back), corners(&forward)],
+        };
+        (shoot, turned[1].iter().fold(Aabb::empty(), |all, one| all.with(one)))
     }
 
     /// The line along which it moves, and sine and cosine of the turns by which it is ahead.
@@ -71,75 +85,172 @@ impl Shoot {
         (self.direction, self.ahead)
     }
 
-    /// Offers the leaves' crossings. `index` is the shoot's own.
+    /// Asks the processor to fetch what a visit reads.
     #[inline(always)]
-    pub(super) fn meet<I: Isa>(
+    pub(super) fn foresee(&self, moves: bool) {
+        simd::prefetch(&self.low);
+        simd::prefetch(&self.rest.to);
+        if moves {
+            simd::prefetch(&self.turned[1]);
+        }
+    }
+
+    /// The spurs' boxes as seen from a point that moves with the shoot.
+    #[inline(always)]
+    fn boxes<I: Isa>(&self, turn: Option<Turn>, from: &[f32; 3]) -> Boxes<I> {
+        let mut boxes = [[I::Half::splat(0.0); 2]; 3];
+        let mut axis = 0;
+        if let Some(Turn { sin, .. }) = turn {
+            let turned = &self.turned[usize::from(sin > 0.0)];
+            let share = sin.abs() * (1.0 / LEAF_SIN_MAX) as f32;
+            while axis < 3 {
+                let base = self.low[axis] - from[axis];
+                let rest = I::Half::splat(self.step[axis] * (1.0 - share));
+                let away = I::Half::splat(self.step[axis] * share);
+                let (low, high) = (I::Half::splat(base - MARGIN_M), I::Half::splat(base + MARGIN_M));
+                let low = I::Half::from_bytes(&turned.from[axis]).fma(away, low);
+                let high = I::Half::from_bytes(&turned.to[axis]).fma(away, high);
+                boxes[axis] = [
+                    I::Half::from_bytes(&self.rest.from[axis]).fma(rest, low),
+                    I::Half::from_bytes(&self.rest.to[axis]).fma(rest, high),
+                ];
+                axis += 1;
+            }
+            return boxes;
+        }
+        while axis < 3 {
+            let base = self.low[axis] - from[axis];
+            let step = I::Half::splat(self.step[axis]);
+            let (low, high) = (I::Half::splat(base - MARGIN_M), I::Half::splat(base + MARGIN_M));
+            boxes[axis] = [
+                I::Half::from_bytes(&self.rest.from[axis]).fma(step, low),
+                I::Half::from_bytes(&self.rest.to[axis]).fma(step, high),
+            ];
+            axis += 1;
+        }
+        boxes
+    }
+
+    /// Offers the leaves' crossings. `index` is the shoot's own, `spurs` are its prototype's.
+    #[inline(always)]
+    pub(super) fn meet<I: Isa, V: Visit<I>>(
         &self,
         index: usize,
+        spurs: &[Spur],
         flutter: Option<&Flutter>,
         beams: &Beams<I>,
         mask: u32,
         place: u32,
         nearest: &mut Nearest<I>,
+        stack: &mut Vec<Pending>,
+        visitor: &V,
     ) {
-        let [ox, oy, oz] = beams.origin;
-        let mut center = [
-            I::Half::load(&self.center[0]).sub(I::Half::splat(ox)),
-            I::Half::load(&self.center[1]).sub(I::Half::splat(oy)),
-            I::Half::load(&self.center[2]).sub(I::Half::splat(oz)),
-        ];
-        let u =
-            [I::Half::load(&self.half_u[0]), I::Half::load(&self.half_u[1]), I::Half::load(&self.half_u[2])];
-        let rest =
-            [I::Half::load(&self.half_v[0]), I::Half::load(&self.half_v[1]), I::Half::load(&self.half_v[2])];
-        let (mut v, mut normal) = (rest, rest);
+        let (mut origin, mut turn) = (beams.origin, None);
         if let Some(flutter) = flutter {
-            let shift = I::Half::splat(flutter.shift_m(index, self.ahead));
-            let [sin, cos] = flutter.leaves(index);
-            let (sin, cos) = (I::Half::load(sin), I::Half::load(cos));
-            let length = I::Half::load(&self.length_u);
-            let (long_sin, long_cos) = (length.mul(sin), length.mul(cos));
+            let shift_m = flutter.shift_m(index, self.ahead);
             let mut axis = 0;
             while axis < 3 {
-                center[axis] = shift.fma(I::Half::splat(self.direction[axis]), center[axis]);
-                // As `arborloop_worlds::Sway::leaf` says, and the product of `u` with it.
-                let quarter = I::Half::load(&self.quarter[axis]);
-                v[axis] = quarter.fma(sin, rest[axis].mul(cos));
-                normal[axis] = rest[axis].nfma(long_sin, quarter.mul(long_cos));
+                origin[axis] -= shift_m * self.direction[axis];
                 axis += 1;
             }
-            if !self.square {
-                normal = patch::cross::<I>(&u, &v);
-            }
-        } else {
-            normal = patch::cross::<I>(&u, &v);
+            turn = Some(flutter.turn(index, self.ahead));
         }
-        let met = Met { place, part: (index * LEAVES_PER_SHOOT) as u32 };
-        patch::meet::<I>([&center, &u, &v, &normal], Outline::Parallelogram, beams, mask, met, nearest);
+        let mut children = [Child::new(SPUR, 0); SPURS];
+        let mut slot = 0;
+        while slot < SPURS {
+            children[slot] = Child::new(SPUR, index * SPURS + slot);
+            slot += 1;
+        }
+        let floor = stack.len();
+        let boxes = self.boxes::<I>(turn, &origin);
+        walk::open(&boxes, &children, self.filled, beams, mask, nearest, stack, visitor);
+        while stack.len() > floor {
+            let Some((child, mask)) = walk::next(nearest, stack) else { return };
+            if mask != 0 {
+                let met = Met { place, part: (child.index() * LEAVES_PER_SPUR) as u32 };
+                spurs[child.index()].meet(turn, origin, beams, mask, met, nearest);
+            }
+        }
     }
 
-    /// Where a leaf of this shoot is at an instant; `index` is the leaf's among its prototype's.
+    /// Where a leaf of this shoot is at an instant; `shoot` is this one's index.
     #[inline(always)]
-    pub(super) fn leaf_at(&self, index: usize, rest: &Leaf, moment: &Between) -> Leaf {
-        let (shoot, slot) = (index / LEAVES_PER_SHOOT, index % LEAVES_PER_SHOOT);
+    pub(super) fn leaf_at(&self, shoot: usize, rest: &Leaf, moment: &Between) -> Leaf {
         let shift_m = moment.of(|flutter| flutter.shift_m(shoot, self.ahead));
-        let sin = moment.of(|flutter| flutter.leaves(shoot)[0][slot]);
+        let sin = moment.of(|flutter| flutter.turn(shoot, self.ahead).sin);
         let cos = (1.0 - sin * sin).sqrt();
         let [x, y, z] = self.direction.map(f64::from);
         Leaf {
             center: rest.center + Vector3::new(x, y, z) * shift_m,
             half_u: rest.half_u,
-            half_v: rest.half_v * cos + quarter(rest) * sin,
+            half_v: rest.half_v * cos + spur::quarter(rest) * sin,
         }
     }
 }
 
-/// Where a leaf's `half_v` is after a quarter turn about `half_u`.
-fn quarter(leaf: &Leaf) -> Vector3<f64> {
-    leaf.half_u.cross(&leaf.half_v) / leaf.half_u.norm().max(f64::MIN_POSITIVE)
+/// A box that holds a leaf after a share of the farthest turn. Each side is convex in the share, so that at any turn
+/// the box between those of no turn and of the farthest holds the leaf: cosines in front of what reaches outward count
+/// as one, in front of what reaches inward as the least.
+fn turned_bounds(leaf: &Leaf, share: f64) -> Aabb {
+    if share == 0.0 {
+        return surface::leaf_bounds(leaf);
+    }
+    let (quarter, sin) = (spur::quarter(leaf), share * LEAF_SIN_MAX);
+    let cos = (1.0 - LEAF_SIN_MAX * LEAF_SIN_MAX).sqrt();
+    let reach = Vector3::from_fn(|axis, _| {
+        let (v, w) = (leaf.half_v[axis].abs(), leaf.half_v[axis].signum() * sin * quarter[axis]);
+        leaf.half_u[axis].abs() + (v + w).max(-cos * v - w)
+    });
+    Aabb { low: leaf.center - reach, high: leaf.center + reach }
 }
 
-/// Whether a leaf's half sides are at right angles, but for what single precision could tell.
-fn is_square(leaf: &Leaf) -> bool {
-    leaf.half_u.dot(&leaf.half_v).abs() <= 1e-7 * leaf.half_u.norm() * leaf.half_v.norm()
+#[cfg(test)]
+mod tests {
+    use super::super::flutter;
+    use super::super::lanes::Portable;
+    use super::*;
+    use arborloop_base::Seed;
+    use arborloop_worlds::{GrassSpec, Planting, SurroundingsSpec, TerrainSpec, WindSpec, WorldSpec, build};
+
+    #[test]
+    fn boxes_of_spurs_hold_their_leaves_however_far_they_turn() {
+        let spec = WorldSpec {
+            terrain: TerrainSpec { extent_m: 12.0, ..TerrainSpec::default() },
+            grass: GrassSpec { height_m: 0.0, ..GrassSpec::default() },
+            planting: Planting::None,
+            surroundings: SurroundingsSpec { trees: 1, ..SurroundingsSpec::default() },
+            wind: WindSpec { mean_mps: 9.0, ..WindSpec::default() },
+        };
+        let world = build(&spec, Seed(3));
+        let plant = &world.plants[0];
+        let leaves = &world.prototypes[plant.prototype].leaves;
+        let (shoots, ..) = shoots(leaves);
+        let mut tightest = f64::INFINITY;
+        for step in 0..40 {
+            let seconds = 1.0 + 0.73 * f64::from(step);
+            let sway = world.wind.sway(0, plant, seconds);
+            let stem = world.wind.stem(0).unwrap();
+            let [sin, cos] = flutter::sin_cos::<Portable>(&stem.turns_at((1e3 * seconds).round() as i64));
+            let flutter = Flutter::new(&world.wind.bend(0, seconds).unwrap(), &sin, &cos);
+            for (index, shoot) in shoots.iter().enumerate() {
+                let shift_m = flutter.shift_m(index, shoot.ahead);
+                let moved: [f32; 3] = std::array::from_fn(|axis| -shift_m * shoot.direction[axis]);
+                let boxes = shoot.boxes::<Portable>(Some(flutter.turn(index, shoot.ahead)), &moved);
+                let own = &leaves[index * LEAVES_PER_SHOOT..];
+                for (slot, spur) in own.chunks(LEAVES_PER_SPUR).take(SPURS).enumerate() {
+                    let first = index * LEAVES_PER_SHOOT + slot * LEAVES_PER_SPUR;
+                    let now = spur.iter().enumerate().fold(Aabb::empty(), |all, (number, leaf)| {
+                        all.with(&surface::leaf_bounds(&sway.leaf(first + number, leaf)))
+                    });
+                    for (axis, sides) in boxes.iter().enumerate() {
+                        let [low, high] = sides.map(|sides| f64::from(sides[slot]));
+                        assert!(low <= now.low[axis] && now.high[axis] <= high, "{index} {slot}");
+                        tightest = tightest.min(now.low[axis] - low).min(high - now.high[axis]);
+                    }
+                }
+            }
+        }
+        // Some box is hardly wider than it must be.
+        assert!(tightest < 1e-3, "{tightest}");
+    }
 }

@@ -106,7 +106,7 @@ impl Fitted {
                             _ => world.wind.drift_between(plant, from_s, to_s),
                         };
                         last = Some((plant.hinge, drift));
-                        scene.filled(plant, child.index(), &drift)
+                        scene.filled(world, child.index(), &drift)
                     }
                     _ => upper.bounds[upper.items[index][slot] as usize],
                 };

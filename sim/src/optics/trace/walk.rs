@@ -5,7 +5,7 @@
 //! so the first never drops what the second would keep. Boxes have a margin wider than all rounding, so a box test
 //! never decides what a beam meets, only what it costs to find out.
 
-use super::ease::Ease;
+use super::ease::{Boxes, Ease, Prepare};
 use super::lanes::{Isa, Lanes};
 use super::node::{Child, Node};
 use super::simd;
@@ -61,13 +61,23 @@ pub(super) struct Pending {
     mask: u32,
 }
 
+/// Who knows what children are.
+pub(super) trait Foresee {
+    /// The child is likely to be visited soon.
+    fn foresee(&self, child: Child);
+}
+
 /// What hangs in a tree.
-pub(super) trait Visit<I: Isa> {
+pub(super) trait Visit<I: Isa>: Foresee {
     /// The beams in the mask enter the item's box.
     fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>);
+}
 
-    /// The item is likely to be visited soon.
-    fn foresee(&self, child: Child);
+/// Children of a tree: its nodes and what hangs in them.
+struct InTree<'a, E, V> {
+    nodes: &'a [Node],
+    ease: &'a E,
+    visitor: &'a V,
 }
 
 /// Flatter directions count as this flat: a product with the inverse is then never infinite times zero.
@@ -162,47 +172,73 @@ pub(super) fn walk<I: Isa, V: Visit<I>, E: Ease<I>>(
         return;
     }
     let floor = stack.len();
-    let mut next = Pending { range: nearest.near, child: Child::new(Child::NODE, 0), mask };
-    loop {
-        // The beams that have met something nearer since the box was put on the stack need it no more.
-        next.mask &= I::Wide::splat(next.range).le(nearest.range);
-        if next.mask != 0 {
-            if next.child.kind() == Child::NODE {
-                let node = next.child.index();
-                if beams.one_way {
-                    open::<I, V, E, true>(nodes, node, beams, next.mask, ease, nearest, stack, visitor);
-                } else {
-                    open::<I, V, E, false>(nodes, node, beams, next.mask, ease, nearest, stack, visitor);
-                }
-            } else {
-                visitor.visit(next.child, next.mask, nearest, stack);
-            }
+    stack.push(Pending { range: nearest.near, child: Child::new(Child::NODE, 0), mask });
+    while stack.len() > floor {
+        let Some((child, mask)) = next(nearest, stack) else { return };
+        if mask == 0 {
+            continue;
         }
-        if stack.len() <= floor {
-            return;
-        }
-        match stack.pop() {
-            Some(pending) => next = pending,
-            None => return,
+        if child.kind() == Child::NODE {
+            let node = &nodes[child.index()];
+            let boxes = ease.boxes(child.index(), node, &beams.origin);
+            let tree = InTree { nodes, ease, visitor: &*visitor };
+            open(&boxes, &node.children, node.filled, beams, mask, nearest, stack, &tree);
+        } else {
+            visitor.visit(child, mask, nearest, stack);
         }
     }
 }
 
-/// Puts the children that some beam of the mask enters on the stack, the nearest on top. Where all beams go one way the
-/// near and the far side of each box are known beforehand.
+impl<E: Prepare, V: Foresee> Foresee for InTree<'_, E, V> {
+    #[inline(always)]
+    fn foresee(&self, child: Child) {
+        if child.kind() == Child::NODE {
+            simd::prefetch(&self.nodes[child.index()]);
+            self.ease.foresee(child.index());
+        } else {
+            self.visitor.foresee(child);
+        }
+    }
+}
+
+/// Puts the children whose boxes some beam of the mask enters on the stack, the nearest on top.
 #[inline(always)]
-fn open<I: Isa, V: Visit<I>, E: Ease<I>, const ONE_WAY: bool>(
-    nodes: &[Node],
-    index: usize,
+pub(super) fn open<I: Isa, F: Foresee>(
+    boxes: &Boxes<I>,
+    children: &[Child; 8],
+    filled: u32,
     beams: &Beams<I>,
     mask: u32,
-    ease: &E,
     nearest: &Nearest<I>,
     stack: &mut Vec<Pending>,
-    visitor: &V,
+    foresight: &F,
 ) {
-    let node = &nodes[index];
-    let boxes = ease.boxes(index, node, &beams.origin);
+    if beams.one_way {
+        open_with::<I, F, true>(boxes, children, filled, beams, mask, nearest, stack, foresight);
+    } else {
+        open_with::<I, F, false>(boxes, children, filled, beams, mask, nearest, stack, foresight);
+    }
+}
+
+/// The child on top of the stack, and the beams that have not met something nearer since its box was put there.
+#[inline(always)]
+pub(super) fn next<I: Isa>(nearest: &Nearest<I>, stack: &mut Vec<Pending>) -> Option<(Child, u32)> {
+    let Pending { range, child, mask } = stack.pop()?;
+    Some((child, mask & I::Wide::splat(range).le(nearest.range)))
+}
+
+/// Where all beams go one way the near and the far side of each box are known beforehand.
+#[inline(always)]
+fn open_with<I: Isa, F: Foresee, const ONE_WAY: bool>(
+    boxes: &Boxes<I>,
+    children: &[Child; 8],
+    filled: u32,
+    beams: &Beams<I>,
+    mask: u32,
+    nearest: &Nearest<I>,
+    stack: &mut Vec<Pending>,
+    foresight: &F,
+) {
     let mut enter = I::Half::splat(nearest.near);
     let mut leave = I::Half::splat(nearest.far);
     let mut from = [[0.0_f32; 8]; 3];
@@ -227,7 +263,7 @@ fn open<I: Isa, V: Visit<I>, E: Ease<I>, const ONE_WAY: bool>(
         }
         axis += 1;
     }
-    let mut maybe = enter.le(leave) & node.filled;
+    let mut maybe = enter.le(leave) & filled & 0xff;
     if maybe == 0 {
         return;
     }
@@ -256,13 +292,8 @@ fn open<I: Isa, V: Visit<I>, E: Ease<I>, const ONE_WAY: bool>(
         if entering == 0 {
             continue;
         }
-        let pending = Pending { range: entries[slot], child: node.children[slot], mask: entering };
-        if pending.child.kind() == Child::NODE {
-            simd::prefetch(&nodes[pending.child.index()]);
-            ease.foresee(pending.child.index());
-        } else {
-            visitor.foresee(pending.child);
-        }
+        let pending = Pending { range: entries[slot], child: children[slot], mask: entering };
+        foresight.foresee(pending.child);
         // Sorted in: few children survive, and the nearest is popped first.
         stack.push(pending);
         let mut at = stack.len() - 1;
