@@ -103,7 +103,7 @@ fn every_return_from_a_moving_leaf_lies_on_the_leaf_as_it_stood_when_the_laser_f
     off_m.sort_by(f64::total_cmp);
     let most_m = off_m[off_m.len() * 99 / 100];
     assert!(most_m < bound_m, "one return in a hundred lies more than {most_m} m off");
-    // The tracer looks at leaves once a millisecond: a beam past the edge of a leaf may meet the plane that it had there,
+    // The tracer looks at leaves once in two milliseconds: a beam past the edge of a leaf may meet the plane that it had there,
     // up to a tenth of the leaf's side beyond it.
     let worst = off_m[off_m.len() - 1];
     assert!(worst < bound_m + 0.1 * 0.08, "a return lies {worst} m off");

@@ -10,6 +10,8 @@ pub(super) struct Cells {
     pub(super) low: [f64; 2],
     /// Side of a cell, meters.
     pub(super) step: f64,
+    /// One over it.
+    pub(super) cells_per_m: f64,
     /// Columns and rows.
     pub(super) count: [usize; 2],
 }
@@ -34,11 +36,12 @@ impl Cells {
     }
 
     /// Visits column and row of each cell that the beam is over between two distances, and the stretch over it, until
-    /// told to stop.
-    #[inline]
+    /// told to stop. `inverse` is one over the beam's direction along the lattice.
+    #[inline(always)]
     pub(super) fn pass(
         &self,
         ray: &Ray,
+        inverse: &[f64; 2],
         begin: f64,
         end: f64,
         mut visit: impl FnMut([usize; 2], f64, f64) -> ControlFlow<()>,
@@ -48,14 +51,15 @@ impl Cells {
         let mut delta = [f64::INFINITY; 2];
         let mut stride = [0_i64; 2];
         for axis in 0..2 {
-            let at = (ray.origin[axis] + ray.direction[axis] * begin - self.low[axis]) / self.step;
-            cell[axis] = (at.floor() as i64).clamp(0, self.count[axis] as i64 - 1);
-            let speed = ray.direction[axis] / self.step;
-            if speed != 0.0 {
-                stride[axis] = if speed > 0.0 { 1 } else { -1 };
-                delta[axis] = speed.abs().recip();
-                let border = cell[axis] + i64::from(speed > 0.0);
-                next[axis] = begin + ((border as f64 - at) / speed).max(0.0);
+            let at_m = ray.origin[axis] + ray.direction[axis] * begin - self.low[axis];
+            // Toward zero: what is outside is clamped anyway.
+            cell[axis] = ((at_m * self.cells_per_m) as i64).clamp(0, self.count[axis] as i64 - 1);
+            let ahead = ray.direction[axis];
+            if ahead != 0.0 {
+                stride[axis] = if ahead > 0.0 { 1 } else { -1 };
+                delta[axis] = self.step * inverse[axis].abs();
+                let border_m = (cell[axis] + i64::from(ahead > 0.0)) as f64 * self.step;
+                next[axis] = begin + ((border_m - at_m) * inverse[axis]).max(0.0);
             }
         }
         let mut enter = begin;

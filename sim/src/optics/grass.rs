@@ -39,7 +39,9 @@ impl Grass {
         let levels = SIDES.map(|side| {
             let tops = highest(&tips, side);
             let count = [tops.columns(), tops.rows()];
-            (Cells { low: [low.x, low.y], step: step * side as f64, count }, tops.cells().to_vec())
+            let step = step * side as f64;
+            let cells = Cells { low: [low.x, low.y], step, cells_per_m: step.recip(), count };
+            (cells, tops.cells().to_vec())
         });
         let top_m = tips.cells().iter().copied().fold(f64::NEG_INFINITY, f64::max);
         Grass { tips, levels, top_m, extinction_per_m, bare }
@@ -58,29 +60,40 @@ impl Grass {
         let way = below(ray, self.top_m, ray.range_m_min, end_m)
             .and_then(|(begin, end)| self.levels[2].0.within(ray, begin, end));
         if let Some((begin, end)) = way {
+            let inverse = [ray.direction.x.recip(), ray.direction.y.recip()];
             let mut depth = ray.depth;
-            let _ = self.descend(0, ray, begin, end, &mut depth, spans);
+            let _ = self.over_squares::<0>(ray, &inverse, begin, end, &mut depth, spans);
         }
     }
 
-    fn descend(
+    /// Squares of [`SIDES`] cells of a level, and what is below their highest tip on the next.
+    fn over_squares<const LEVEL: usize>(
         &self,
-        level: usize,
         ray: &Ray,
+        inverse: &[f64; 2],
         begin: f64,
         end: f64,
         depth: &mut f64,
         spans: &mut Vec<Span>,
     ) -> ControlFlow<()> {
-        let (cells, tops) = &self.levels[level];
-        cells.pass(ray, begin, end, |[column, row], enter, leave| {
-            let Some((from, to)) = below(ray, tops[row * cells.count[0] + column], enter, leave) else {
+        let (cells, tops) = &self.levels[LEVEL];
+        cells.pass(ray, inverse, begin, end, |[column, row], enter, leave| {
+            let top_m = tops[row * cells.count[0] + column];
+            let above_m = |range: f64| ray.origin.z + ray.direction.z * range - top_m;
+            // Most squares are flown over: no division for them.
+            if above_m(enter) > 0.0 && above_m(leave) > 0.0 {
+                return ControlFlow::Continue(());
+            }
+            if LEVEL == SIDES.len() - 1 {
+                return self.over_cell(ray, cells, [column, row], enter, leave, depth, spans);
+            }
+            let Some((from, to)) = below(ray, top_m, enter, leave) else {
                 return ControlFlow::Continue(());
             };
-            if level + 1 < SIDES.len() {
-                return self.descend(level + 1, ray, from, to, depth, spans);
+            match LEVEL {
+                0 => self.over_squares::<1>(ray, inverse, from, to, depth, spans),
+                _ => self.over_squares::<2>(ray, inverse, from, to, depth, spans),
             }
-            self.over_cell(ray, cells, [column, row], enter, leave, depth, spans)
         })
     }
 
@@ -100,8 +113,8 @@ impl Grass {
         let [h00, h10, h01, h11] = [tips[index], tips[index + 1], tips[above], tips[above + 1]];
         let corner = [cells.low[0] + column as f64 * cells.step, cells.low[1] + row as f64 * cells.step];
         let local = |range: f64| {
-            let u = (ray.origin.x + ray.direction.x * range - corner[0]) / cells.step;
-            let v = (ray.origin.y + ray.direction.y * range - corner[1]) / cells.step;
+            let u = (ray.origin.x + ray.direction.x * range - corner[0]) * cells.cells_per_m;
+            let v = (ray.origin.y + ray.direction.y * range - corner[1]) * cells.cells_per_m;
             (u, v)
         };
         // The diagonal is u = v; u - v is linear along the beam.
@@ -174,7 +187,8 @@ mod tests {
         let fine = &grass.levels[2].0;
         let (mut spans, mut depth) = (Vec::new(), ray.depth);
         if let Some((begin, end)) = fine.within(ray, ray.range_m_min, end_m) {
-            let _ = fine.pass(ray, begin, end, |cell, enter, leave| {
+            let inverse = [ray.direction.x.recip(), ray.direction.y.recip()];
+            let _ = fine.pass(ray, &inverse, begin, end, |cell, enter, leave| {
                 grass.over_cell(ray, fine, cell, enter, leave, &mut depth, &mut spans)
             });
         }

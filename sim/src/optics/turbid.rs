@@ -42,18 +42,30 @@ pub(super) fn stop(spans: &mut [Span], depth: f64, end_m: f64) -> Option<(f64, M
         let used = total * (next_m - at_m);
         if total > 0.0 && used >= left {
             let stop_m = at_m + left / total;
-            let mut share = total * Seed(depth.to_bits()).stream("optics/overlap").at(0).unit();
-            let chosen = spans.iter().filter(inside).find(|span| {
-                share -= span.extinction_per_m;
-                share < 0.0
-            });
-            let medium = chosen.or(spans.iter().rfind(inside))?.medium;
+            let mut media = spans.iter().filter(inside);
+            let (first, several) = (media.next()?, media.next().is_some());
+            let medium =
+                if several { drawn(spans.iter().filter(inside), total, depth)? } else { first.medium };
             return (stop_m < end_m).then_some((stop_m, medium));
         }
         left -= if total > 0.0 { used } else { 0.0 };
         at_m = next_m;
     }
     None
+}
+
+/// One of several media that overlap, drawn in proportion by the beam's own budget.
+fn drawn<'a>(media: impl Iterator<Item = &'a Span>, total: f64, depth: f64) -> Option<Medium> {
+    let mut share = total * Seed(depth.to_bits()).stream("optics/overlap").at(0).unit();
+    let mut last = None;
+    for span in media {
+        last = Some(span.medium);
+        share -= span.extinction_per_m;
+        if share < 0.0 {
+            break;
+        }
+    }
+    last
 }
 
 /// All that is turbid in a world.

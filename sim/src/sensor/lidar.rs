@@ -186,7 +186,7 @@ impl Lidar {
         let blocks = (cycles.end - first + block - 1).div_euclid(block).max(0);
         let mut answers = std::mem::take(&mut self.answers);
         let block_answers = block as usize * self.beams.len();
-        answers.clear();
+        // Every firing of every block answers, so that what is left of the sweep before is overwritten.
         answers.resize_with(blocks as usize * block_answers, Answer::none);
         answers.par_chunks_mut(block_answers).enumerate().for_each(|(index, answers)| {
             let from = first + index as i64 * block;
@@ -210,9 +210,9 @@ impl Lidar {
     ) {
         self.cast(cycles.clone(), around, scratch);
         for number in 0..scratch.shots.len() {
-            let shot = scratch.shots[number].clone();
-            let cycle_in_block = (shot.cycle - cycles.start) as usize;
-            answers[cycle_in_block * self.beams.len() + shot.beam] = self.answer(&shot, number, scratch);
+            let shot = &scratch.shots[number];
+            let place = (shot.cycle - cycles.start) as usize * self.beams.len() + shot.beam;
+            self.answer(number, scratch, &mut answers[place]);
         }
     }
 }

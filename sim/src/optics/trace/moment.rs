@@ -1,7 +1,7 @@
 //! Where plants are at an instant, for as many beams as ask.
 //!
-//! A plant's sway is computed at knots one millisecond apart. The tracer looks at the nearest knot, which at 1 m/s is
-//! off by half a millimeter at most; exact hits interpolate linearly between two, which at 3 Hz and 10 cm is off by 5
+//! A plant's sway is computed at knots two milliseconds apart. The tracer looks at the nearest knot, which at 1 m/s is
+//! off by a millimeter at most; exact hits interpolate linearly between two, which at 3 Hz and 10 cm is off by 20
 //! micrometers. Knots stand at fixed instants, so neither packets nor threads have a say in the result.
 
 use super::flutter::{self, Flutter};
@@ -63,7 +63,7 @@ pub(in crate::optics) struct Moment {
     pub(super) flutter: Flutter,
 }
 
-const KNOT_MS: i64 = 1;
+const KNOT_MS: i64 = 2;
 const KNOT_NS: i64 = KNOT_MS * 1_000_000;
 /// A knot that no instant is near.
 const NEVER: i64 = i64::MIN;

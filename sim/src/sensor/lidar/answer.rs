@@ -46,12 +46,14 @@ impl Answer {
 const SECOND: u64 = 3000;
 
 impl Lidar {
-    /// Joins what a shot met to echoes and reports them.
-    pub(super) fn answer(&self, shot: &Shot, number: usize, scratch: &mut Scratch) -> Answer {
-        let Scratch { surfaces, echoes, .. } = scratch;
+    /// Joins what a shot met to echoes and reports them, in place: an answer is large.
+    pub(super) fn answer(&self, number: usize, scratch: &mut Scratch, answer: &mut Answer) {
+        let Scratch { shots, surfaces, echoes, .. } = scratch;
+        let shot = &shots[number];
+        *answer = Answer { cycle: shot.cycle, beam: shot.beam, stamp: shot.stamp, ..Answer::none() };
+        let Answer { given, along_m, .. } = answer;
         echo::form(&mut surfaces[number], self.spec.model.pulse.length_m, self.width_rad, echoes);
         let chosen = self.choose(echoes);
-        let (mut given, mut along_m) = ([None; 2], [0.0; 2]);
         for (number, index) in chosen.into_iter().flatten().enumerate() {
             let echo = &echoes[index];
             let Some(along_beam_m) = self.measure(shot, echo, number) else { continue };
@@ -59,7 +61,7 @@ impl Lidar {
             along_m[number] = along_beam_m;
         }
         // Noise may change places; two ranges that the wire cannot tell apart are one return.
-        if let [Some((near, _)), Some((far, _))] = &given {
+        if let [Some((near, _)), Some((far, _))] = &*given {
             let step_m = self.spec.model.range.range_step_m.max(0.002);
             let gap_m = far.range_m.unwrap_or(0.0) - near.range_m.unwrap_or(0.0);
             if gap_m.abs() <= 2.0 * step_m {
@@ -82,7 +84,6 @@ impl Lidar {
                 one.number = number as u8;
             }
         }
-        Answer { cycle: shot.cycle, beam: shot.beam, stamp: shot.stamp, dropped: false, along_m, given }
     }
 
     /// Whether the sensor sees an echo at all.
