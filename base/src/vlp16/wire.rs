@@ -8,6 +8,7 @@ use crate::observation::{Return, Sweep};
 use crate::pose::wrap_angle;
 use crate::time::{Span, Time};
 use std::f64::consts::TAU;
+use std::sync::LazyLock;
 
 const BLOCKS: usize = 12;
 const BLOCK_BYTES: usize = 100;
@@ -18,6 +19,18 @@ const PRODUCT_EARLY: u8 = 0x21;
 /// A VLP-16's packets are 1.327 ms apart (half of that in dual mode), an HDL-32E's 0.553 ms.
 const PACE: Span = Span::from_nanos(620_000);
 const HUNDREDTHS: i64 = 36_000;
+
+/// Sine and cosine of each laser's elevation, in firing order.
+static LINES: LazyLock<[(f64, f64); LASERS]> =
+    LazyLock::new(|| ELEVATION_DEG.map(|elevation_deg| elevation_deg.to_radians().sin_cos()));
+
+/// The nearest whole number, halves away from zero, as `round` says; that is a call where processors of the first
+/// 64-bit generation are served too.
+fn nearest(x: f64) -> i64 {
+    let toward_zero = x as i64;
+    let rest = x - toward_zero as f64;
+    toward_zero.saturating_add(i64::from(rest >= 0.5) - i64::from(rest <= -0.5))
+}
 
 /// Packs a sweep of a VLP-16 in strongest-return mode; see [`encode_as`].
 pub fn encode(sweep: &Sweep) -> Result<Vec<Packet>, WireError> {
@@ -64,19 +77,18 @@ pub fn encode_as(sweep: &Sweep, mode: ReturnMode) -> Result<Vec<Packet>, WireErr
         for (place, block) in blocks.chunks_exact_mut(BLOCK_BYTES).enumerate() {
             if laser == 0 && cycle % 2 == 0 {
                 // The encoder counts clockwise from the connector's opposite: the negative of our bearing.
-                let hundredths = (-one.azimuth_rad / TAU * HUNDREDTHS as f64).round() as i64;
+                let hundredths = nearest(-one.azimuth_rad / TAU * HUNDREDTHS as f64);
                 block[..2].copy_from_slice(&BLOCK_FLAG);
                 block[2..4].copy_from_slice(&(hundredths.rem_euclid(HUNDREDTHS) as u16).to_le_bytes());
             }
             if let Some(range_m) = one.range_m
                 && (one.number == 0 || place == 0)
             {
-                let along_beam_m =
-                    range_m * one.elevation_rad.cos() / ELEVATION_DEG[laser].to_radians().cos();
-                let steps = (along_beam_m / DISTANCE_STEP_M).round().clamp(1.0, f64::from(u16::MAX)) as u16;
+                let along_beam_m = range_m * one.elevation_rad.cos() / LINES[laser].1;
+                let steps = nearest((along_beam_m / DISTANCE_STEP_M).clamp(1.0, f64::from(u16::MAX))) as u16;
                 let at = 4 + 3 * (cycle % 2 * LASERS + laser);
                 block[at..at + 2].copy_from_slice(&steps.to_le_bytes());
-                block[at + 2] = one.intensity.round().clamp(0.0, 255.0) as u8;
+                block[at + 2] = nearest(f64::from(one.intensity).clamp(0.0, 255.0)) as u8;
             }
         }
     }
@@ -175,12 +187,12 @@ fn pairs_of<'a>(packet: &'a Packet, paced: bool, pairs: &mut Vec<Pair<'a>>) -> R
 
 fn return_of(laser: usize, clockwise: f64, echo: &[u8], number: u8, fired_after: Span) -> Return {
     let steps = u16::from_le_bytes([echo[0], echo[1]]);
-    let elevation = ELEVATION_DEG[laser].to_radians();
+    let (sin, cos) = LINES[laser];
     let along_beam_m = f64::from(steps) * DISTANCE_STEP_M;
-    let (horizontal, up) = (along_beam_m * elevation.cos(), along_beam_m * elevation.sin() + OFFSET_M[laser]);
+    let (horizontal, up) = (along_beam_m * cos, along_beam_m * sin + OFFSET_M[laser]);
     Return {
         azimuth_rad: wrap_angle(-clockwise),
-        elevation_rad: if steps == 0 { elevation } else { up.atan2(horizontal) },
+        elevation_rad: if steps == 0 { ELEVATION_DEG[laser].to_radians() } else { up.atan2(horizontal) },
         range_m: (steps != 0).then(|| horizontal.hypot(up)),
         ring: ring_of(laser),
         number,

@@ -1,12 +1,11 @@
 //! Grass: a turbid layer on the soil. Which stretches of a beam lie in it, exactly.
 //!
 //! Inside one triangle of the terrain the beam's clearance above the blades is linear, so the path through the layer is
-//! exact. Squares of cells are passed in one step where the beam stays above their highest blade, and nothing is looked at
-//! beyond the point where grass alone has stopped it.
+//! exact. Squares of cells are passed in one step where the beam stays above a plane that no blade in them pierces, and
+//! nothing is looked at beyond the point where grass alone has stopped it.
 
 use super::Ray;
 use super::cells::Cells;
-use super::soil::highest;
 use super::turbid::{Medium, Span};
 use arborloop_base::Grid;
 use arborloop_worlds::World;
@@ -15,13 +14,22 @@ use std::ops::ControlFlow;
 /// Cells along a side of the squares that are looked at as one, from coarse to fine.
 const SIDES: [usize; 3] = [16, 4, 1];
 
+/// A plane above a square that no tip in it pierces. On a slope it lies much closer than the highest tip does.
+#[derive(Debug, Clone, Copy)]
+struct Lid {
+    /// Above the square's lowest corner, world frame, meters.
+    height_m: f64,
+    /// Rise for each meter along x and y.
+    rise: [f64; 2],
+}
+
 /// The layer's upper surface.
 #[derive(Debug)]
 pub(super) struct Grass {
     /// Heights of the blades' tips, world frame, on the terrain's own lattice.
     tips: Grid<f64>,
-    /// Squares of [`SIDES`] cells and the highest tip of each.
-    levels: [(Cells, Vec<f64>); 3],
+    /// Squares of [`SIDES`] cells, each with its lid.
+    levels: [(Cells, Vec<Lid>); 3],
     /// The highest tip of all.
     top_m: f64,
     extinction_per_m: f64,
@@ -37,11 +45,15 @@ impl Grass {
         let bare = !(world.grass.height_m_max() > 0.0 && extinction_per_m > 0.0);
         let (low, step) = (tips.center_of(0, 0), tips.resolution_m());
         let levels = SIDES.map(|side| {
-            let tops = highest(&tips, side);
-            let count = [tops.columns(), tops.rows()];
+            let (columns, rows) = (tips.columns() - 1, tips.rows() - 1);
+            let count = [columns.div_ceil(side), rows.div_ceil(side)];
+            let lids = (0..count[0] * count[1]).map(|square| {
+                let (left, low) = (square % count[0] * side, square / count[0] * side);
+                Lid::over(&tips, [left, low], [(left + side).min(columns), (low + side).min(rows)])
+            });
+            let lids = lids.collect();
             let step = step * side as f64;
-            let cells = Cells { low: [low.x, low.y], step, cells_per_m: step.recip(), count };
-            (cells, tops.cells().to_vec())
+            (Cells { low: [low.x, low.y], step, cells_per_m: step.recip(), count }, lids)
         });
         let top_m = tips.cells().iter().copied().fold(f64::NEG_INFINITY, f64::max);
         Grass { tips, levels, top_m, extinction_per_m, bare }
@@ -57,7 +69,7 @@ impl Grass {
         if self.bare {
             return;
         }
-        let way = below(ray, self.top_m, ray.range_m_min, end_m)
+        let way = below(ray.origin.z - self.top_m, ray.direction.z, ray.range_m_min, end_m)
             .and_then(|(begin, end)| self.levels[2].0.within(ray, begin, end));
         if let Some((begin, end)) = way {
             let inverse = [ray.direction.x.recip(), ray.direction.y.recip()];
@@ -76,18 +88,19 @@ impl Grass {
         depth: &mut f64,
         spans: &mut Vec<Span>,
     ) -> ControlFlow<()> {
-        let (cells, tops) = &self.levels[LEVEL];
+        let (cells, lids) = &self.levels[LEVEL];
         cells.pass(ray, inverse, begin, end, |[column, row], enter, leave| {
-            let top_m = tops[row * cells.count[0] + column];
-            let above_m = |range: f64| ray.origin.z + ray.direction.z * range - top_m;
+            let lid = &lids[row * cells.count[0] + column];
+            let corner = [cells.low[0] + column as f64 * cells.step, cells.low[1] + row as f64 * cells.step];
+            let (above_m, climb) = lid.clearance(ray, corner);
             // Most squares are flown over: no division for them.
-            if above_m(enter) > 0.0 && above_m(leave) > 0.0 {
+            if above_m + climb * enter > 0.0 && above_m + climb * leave > 0.0 {
                 return ControlFlow::Continue(());
             }
             if LEVEL == SIDES.len() - 1 {
                 return self.over_cell(ray, cells, [column, row], enter, leave, depth, spans);
             }
-            let Some((from, to)) = below(ray, top_m, enter, leave) else {
+            let Some((from, to)) = below(above_m, climb, enter, leave) else {
                 return ControlFlow::Continue(());
             };
             match LEVEL {
@@ -163,9 +176,42 @@ impl Grass {
     }
 }
 
-/// The part of a stretch of a beam that is not above a height, if there is one.
-fn below(ray: &Ray, height_m: f64, enter: f64, leave: f64) -> Option<(f64, f64)> {
-    let (rise, above_m) = (ray.direction.z, ray.origin.z - height_m);
+impl Lid {
+    /// Over the nodes from one column and row to another.
+    fn over(tips: &Grid<f64>, [left, low]: [usize; 2], [right, high]: [usize; 2]) -> Self {
+        let tip = |column: usize, row: usize| tips.cells()[row * tips.columns() + column];
+        let step = tips.resolution_m();
+        // The mean rises between opposite sides; whatever they are, the lid is put on top of the highest node.
+        let [mut along_x, mut along_y] = [0.0, 0.0];
+        (low..=high).for_each(|row| along_x += tip(right, row) - tip(left, row));
+        (left..=right).for_each(|column| along_y += tip(column, high) - tip(column, low));
+        let across = (((right - left) * (high - low + 1)) as f64 * step).recip();
+        let upward = (((high - low) * (right - left + 1)) as f64 * step).recip();
+        let rise = [along_x * across, along_y * upward];
+        let mut height_m = f64::NEG_INFINITY;
+        for row in low..=high {
+            for column in left..=right {
+                let away = [(column - left) as f64 * step, (row - low) as f64 * step];
+                height_m = height_m.max(tip(column, row) - rise[0] * away[0] - rise[1] * away[1]);
+            }
+        }
+        // A hair for rounding.
+        Lid { height_m: height_m + 1e-9, rise }
+    }
+
+    /// How far the line of a beam is above the lid where it starts, and what it gains for each meter.
+    #[inline(always)]
+    fn clearance(&self, ray: &Ray, corner: [f64; 2]) -> (f64, f64) {
+        let [x, y] = self.rise;
+        let above_m =
+            ray.origin.z - (self.height_m + x * (ray.origin.x - corner[0]) + y * (ray.origin.y - corner[1]));
+        (above_m, ray.direction.z - (x * ray.direction.x + y * ray.direction.y))
+    }
+}
+
+/// The part of a stretch of a beam where its clearance is not positive, if there is one: how much it has where the beam
+/// starts, and what it gains for each meter.
+fn below(above_m: f64, rise: f64, enter: f64, leave: f64) -> Option<(f64, f64)> {
     let (enter, leave) = match rise {
         _ if rise < 0.0 => (enter.max(-above_m / rise), leave),
         _ if rise > 0.0 => (enter, leave.min(-above_m / rise)),

@@ -73,6 +73,8 @@ struct Beam {
     cos: f64,
     /// Clockwise of the head's bearing.
     azimuth_rad: f64,
+    /// How far the beam points clockwise of the head's bearing at the begin of the cycle: sine and cosine.
+    lag: (f64, f64),
     height_m: f64,
     fires_after: Span,
     ring: u16,
@@ -92,6 +94,7 @@ impl Lidar {
         let pulse = &spec.model.pulse;
         let footprint = footprint(spec.sub_rays, pulse.divergence_mrad, pulse.edge_ratio);
         let body = Body::go1();
+        let schedule = Schedule::new(&spec.model, spec.columns, period);
         let off = |ray: &SubRay| ray.across_rad.hypot(ray.up_rad);
         Lidar {
             width_rad: 2.0 * footprint.iter().map(off).fold(0.0, f64::max),
@@ -107,8 +110,8 @@ impl Lidar {
             wire: spec.wire(),
             period,
             base_from_lidar,
-            schedule: Schedule::new(&spec.model, spec.columns, period),
-            beams: beams_of(&spec.model, &base_from_lidar, &body),
+            schedule,
+            beams: beams_of(&spec.model, &base_from_lidar, &body, &schedule),
             body,
             footprint,
             threshold: 0.1 / (spec.reach_m * spec.reach_m),
@@ -124,7 +127,7 @@ impl Lidar {
         let on_legs = robot.joints.iter().all(|joint| joint.kind != JointKind::Continuous);
         if !on_legs {
             self.body = Body::on_wheels(robot, robot.sensor_link(SensorFrame::Lidar).unwrap_or_default());
-            self.beams = beams_of(&self.spec.model, &self.base_from_lidar, &self.body);
+            self.beams = beams_of(&self.spec.model, &self.base_from_lidar, &self.body, &self.schedule);
         }
         self
     }
@@ -217,7 +220,7 @@ impl Lidar {
     }
 }
 
-fn beams_of(model: &LidarModel, base_from_lidar: &Pose, body: &Body) -> Vec<Beam> {
+fn beams_of(model: &LidarModel, base_from_lidar: &Pose, body: &Body, schedule: &Schedule) -> Vec<Beam> {
     // The footprint's rays look a little lower than their beam.
     let margin_rad = 0.01 + base_from_lidar.rotation.angle_to(&flat(base_from_lidar));
     let beams = &model.beams;
@@ -228,13 +231,15 @@ fn beams_of(model: &LidarModel, base_from_lidar: &Pose, body: &Body) -> Vec<Beam
         .map(|beam| {
             let elevation_rad = beams.elevation_deg[beam].to_radians();
             let (sin, cos) = elevation_rad.sin_cos();
+            let fires_after = Span::from_nanos(beams.fires_after_ns[beam]);
             Beam {
                 elevation_rad,
                 sin,
                 cos,
                 azimuth_rad: beams.azimuth_deg[beam].to_radians(),
+                lag: (beams.azimuth_deg[beam].to_radians() + schedule.lag_rad(fires_after)).sin_cos(),
                 height_m: beams.height_m[beam],
-                fires_after: Span::from_nanos(beams.fires_after_ns[beam]),
+                fires_after,
                 near_body: body.is_near(
                     &(base_from_lidar * Point3::new(0.0, 0.0, beams.height_m[beam])),
                     (elevation_rad - margin_rad).max(-1.5),

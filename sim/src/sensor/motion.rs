@@ -101,16 +101,20 @@ impl Moment<'_> {
     }
 }
 
-/// `UnitQuaternion::from_scaled_axis` without its exponential of zero: the same bits in half the time.
+/// Half turns below this are small, radians squared: Taylor's series up to the sixth power is then exact in double
+/// precision. A tick's turn is: a millisecond at 20 rad/s.
+const SMALL: f64 = 1e-4;
+
+/// `UnitQuaternion::from_scaled_axis`, for small turns without root, sine and cosine.
 fn rotation_by(turn: Vector3<f64>) -> UnitQuaternion<f64> {
     let half = turn / 2.0;
     let square = half.norm_squared();
-    if square <= f64::EPSILON * f64::EPSILON {
-        return UnitQuaternion::identity();
+    if square > SMALL {
+        return UnitQuaternion::from_scaled_axis(turn);
     }
-    let angle = square.sqrt();
-    let (sin, cos) = angle.sin_cos();
-    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, half * (sin / angle)))
+    let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
+    let sin_share = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, half * sin_share))
 }
 
 #[cfg(test)]
@@ -134,11 +138,12 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_is_the_library_s_to_the_bit() {
+    fn a_turn_is_the_library_s_to_the_last_bits() {
         let mut draws = arborloop_base::Seed(3).stream("turns").at(0);
         for power in 0..20 {
             let turn = Vector3::from_fn(|_, _| draws.normal()) * 0.1_f64.powi(power);
-            assert_eq!(rotation_by(turn), UnitQuaternion::from_scaled_axis(turn));
+            let wanted = UnitQuaternion::from_scaled_axis(turn);
+            assert!((rotation_by(turn).coords - wanted.coords).norm() < 4.0 * f64::EPSILON);
         }
     }
 }

@@ -27,6 +27,8 @@ pub(super) struct Scratch {
     owners: Vec<Owner>,
     next_rays: Vec<Ray>,
     next_owners: Vec<Owner>,
+    /// Sine and cosine of the head's bearing at the begin of each cycle.
+    bearings: Vec<(f64, f64)>,
 }
 
 /// One firing of one beam.
@@ -74,11 +76,14 @@ impl Lidar {
         scratch.rays.clear();
         scratch.bodies.clear();
         scratch.owners.clear();
+        let bearing_rad = |cycle: i64| self.schedule.bearing_rad(cycle, self.schedule.start(cycle));
+        scratch.bearings.clear();
+        scratch.bearings.extend(cycles.clone().map(|cycle| bearing_rad(cycle).sin_cos()));
         for beam in 0..self.beams.len() {
             let first = scratch.shots.len();
-            for cycle in cycles.clone() {
+            for (number, cycle) in cycles.clone().enumerate() {
                 let shot = self.shot(cycle, beam);
-                self.aim(shot, around, scratch);
+                self.aim(shot, number, around, scratch);
             }
             // The middle rays of this laser stand first; the rings of the footprint follow, ray by ray.
             let shots = first..scratch.shots.len();
@@ -102,9 +107,12 @@ impl Lidar {
         Shot { cycle, beam, stamp, index, bearing_rad, azimuth_rad, draws: self.noise.at(index) }
     }
 
-    fn aim(&self, mut shot: Shot, around: Surroundings<'_>, scratch: &mut Scratch) {
+    /// `number` is the cycle's in the block.
+    fn aim(&self, mut shot: Shot, number: usize, around: Surroundings<'_>, scratch: &mut Scratch) {
         let beam = &self.beams[shot.beam];
-        let (sin_azimuth, cos_azimuth) = arborloop_base::wrap_angle(shot.azimuth_rad).sin_cos();
+        // The bearing less the beam's lag.
+        let ((sin, cos), (sin_lag, cos_lag)) = (scratch.bearings[number], beam.lag);
+        let (sin_azimuth, cos_azimuth) = (sin * cos_lag - cos * sin_lag, cos * cos_lag + sin * sin_lag);
         let (moment, share) = around.motion.moment(shot.stamp);
         let world_from_lidar = moment.pose(share) * self.base_from_lidar;
         let (exit, along) =

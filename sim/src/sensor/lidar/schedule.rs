@@ -78,6 +78,14 @@ impl Schedule {
         }
     }
 
+    /// How far the head turns between the begin of a cycle and a firing so long after it, radians, clockwise.
+    pub(super) fn lag_rad(&self, after: Span) -> f64 {
+        match self.pace {
+            Pace::Free { .. } => TAU * after.nanos() as f64 / self.turn.nanos() as f64,
+            Pace::Columns(_) => 0.0,
+        }
+    }
+
     /// How many cycles are traced together: at most sixteen, and no longer than a millisecond.
     pub(super) fn together(&self) -> usize {
         let step = match self.pace {

@@ -14,7 +14,8 @@ fn the_lidars_of_the_program_say_what_their_makers_print() {
     }
     let velodyne = LidarModel::embedded("vlp16").unwrap();
     assert_eq!(velodyne.beams.elevation_deg, vlp16::ELEVATION_DEG);
-    let beams = beams_of(&velodyne, &Pose::translation(0.0, 0.0, 0.16), &Body::go1());
+    let schedule = Schedule::new(&velodyne, None, Span::from_millis(100));
+    let beams = beams_of(&velodyne, &Pose::translation(0.0, 0.0, 0.16), &Body::go1(), &schedule);
     assert!((0..16).all(|laser| beams[laser].ring == vlp16::ring_of(laser)));
     let ouster = LidarModel::embedded("os1-16").unwrap();
     assert_eq!((ouster.beams.elevation_deg[7], ouster.beams.azimuth_deg[0]), (0.1, -3.387));
