@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 #[derive(Debug, Clone)]
 pub(super) struct Body {
     boxes: Vec<(Pose, Vector3<f64>)>,
+    around: Around,
     has_legs: bool,
     top_m: f64,
 }
@@ -33,12 +34,13 @@ impl Body {
         };
         // A leg's joints are no higher than the hips plus the thigh's length when it is raised.
         let top_m = boxes.iter().map(top).fold(go1::HIP_OFFSET_M, f64::max);
-        Body { boxes, has_legs: true, top_m }
+        Body { around: Around::boxes(&boxes), boxes, has_legs: true, top_m }
     }
 
     /// Of a robot on wheels: the boxes around its shapes, wheels as they stand straight on, the lidar left out.
     pub(super) fn on_wheels(robot: &Robot, lidar: &str) -> Self {
-        let mut body = Body { boxes: Vec::new(), has_legs: false, top_m: f64::NEG_INFINITY };
+        let mut body =
+            Body { boxes: Vec::new(), around: Around::boxes(&[]), has_legs: false, top_m: f64::NEG_INFINITY };
         for link in robot.links.iter().filter(|link| link.name != lidar) {
             let Some(base_from_link) = robot.frame(&link.name) else { continue };
             for shape in &link.shapes {
@@ -54,6 +56,7 @@ impl Body {
                 body.boxes.push((base_from_shape.inverse(), half));
             }
         }
+        body.around = Around::boxes(&body.boxes);
         body
     }
 
@@ -78,11 +81,12 @@ impl Body {
                 nearest = Some((range_m, normal.dot(direction).abs().min(1.0)));
             }
         };
-        for (shape_from_base, half) in &self.boxes {
+        let boxes = if self.around.may_be_met(origin, direction) { self.boxes.as_slice() } else { &[] };
+        for (shape_from_base, half) in boxes {
             let met = cross_box(half, &(shape_from_base * origin), &(shape_from_base * direction));
             offer(met.map(|(range_m, normal)| (range_m, shape_from_base.rotation.inverse() * normal)));
         }
-        if self.has_legs && stance.may_be_met(origin, direction) {
+        if self.has_legs && stance.around.may_be_met(origin, direction) {
             for [shoulder, knee, foot] in &stance.legs {
                 offer(cross_capsule(shoulder, knee, THIGH_RADIUS_M, origin, direction));
                 offer(cross_capsule(knee, foot, CALF_RADIUS_M, origin, direction));
@@ -104,6 +108,12 @@ impl Body {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stance {
     legs: [[Point3<f64>; 3]; 4],
+    around: Around,
+}
+
+/// A box along the base's axes around several things; most beams pass it.
+#[derive(Debug, Clone, Copy)]
+struct Around {
     low: Point3<f64>,
     high: Point3<f64>,
 }
@@ -114,15 +124,33 @@ impl Stance {
         let legs: [_; 4] =
             std::array::from_fn(|leg| joints(leg, [0, 1, 2].map(|joint| joint_angles_rad[3 * leg + joint])));
         let margin = Vector3::repeat(THIGH_RADIUS_M);
-        let mut stance = Stance { legs, low: legs[0][0], high: legs[0][0] };
+        let mut around = Around { low: legs[0][0], high: legs[0][0] };
         for joint in legs.iter().flatten() {
-            stance.low = stance.low.inf(&(joint - margin));
-            stance.high = stance.high.sup(&(joint + margin));
+            around.low = around.low.inf(&(joint - margin));
+            around.high = around.high.sup(&(joint + margin));
         }
-        stance
+        Stance { legs, around }
+    }
+}
+
+impl Around {
+    /// Around boxes that stand in their own frames; around nothing, what no beam comes through.
+    fn boxes(boxes: &[(Pose, Vector3<f64>)]) -> Self {
+        let nothing = Vector3::repeat(f64::INFINITY);
+        let mut around = Around { low: Point3::from(nothing), high: Point3::from(-nothing) };
+        for (shape_from_base, half) in boxes {
+            let base_from_shape = shape_from_base.inverse();
+            let turned = base_from_shape.rotation.to_rotation_matrix().into_inner().abs();
+            // A hair for rounding.
+            let reach = turned * half + Vector3::repeat(1e-9);
+            let middle = Point3::from(base_from_shape.translation.vector);
+            around.low = around.low.inf(&(middle - reach));
+            around.high = around.high.sup(&(middle + reach));
+        }
+        around
     }
 
-    /// Whether a beam comes through the box around all legs; most pass it.
+    /// Whether a beam comes through the box.
     fn may_be_met(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> bool {
         let (middle, half) = (nalgebra::center(&self.low, &self.high), (self.high - self.low) / 2.0);
         let from_middle = Point3::from(origin - middle);
