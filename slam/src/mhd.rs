@@ -3,6 +3,7 @@
 //! Upright, compact things are seen from above in layers of height; an exhaustive k-best search finds the pose, and
 //! Gauss-Newton on a distance field finer than its cells refines it together with the velocity within the sweep.
 
+mod bins;
 mod chart;
 mod compact;
 mod features;
@@ -15,6 +16,7 @@ mod layers;
 mod motion;
 mod plumb;
 mod refine;
+mod round;
 mod search;
 pub(crate) mod settings;
 mod uncertainty;

@@ -18,7 +18,7 @@ const STIFFENED: f64 = 8.0;
 const GAIN_MIN: f64 = 1e-4;
 /// Weights of the velocity's ties per point, in 1/m (1/rad for the heading): to the increment since the last sweep, and
 /// to the last velocity. A trapezoidal tie (mean of both velocities = increment) rings with period two and diverges.
-const TO_INCREMENT: f64 = 3.0;
+const TO_INCREMENT: f64 = 30.0;
 const TO_PREVIOUS: f64 = 1.0;
 
 /// A refined hypothesis.
