@@ -42,6 +42,9 @@ const POINTS_MIN: usize = 8;
 const POINTS_TO_CHOOSE: usize = 600;
 /// The map takes in all of the first sweeps.
 const FIRST_SWEEPS: usize = 5;
+/// Who has not left the place where he began by more than this stands there still, meters and radians.
+const STANDING_M: f64 = 0.02;
+const STANDING_RAD: f64 = 0.005;
 /// A far pose must match better than the near one by this, meters.
 const MARGIN_M: f64 = 0.02;
 /// After so many refused matches in a row the best is believed: the surroundings have changed, not the pose.
@@ -70,6 +73,8 @@ pub(crate) struct Mhd {
     motion: Option<Motion>,
     drawn: Option<Motion>,
     sweeps_drawn: usize,
+    /// Whether the robot still stands where it began.
+    stands: bool,
     failures: usize,
     refusals: usize,
     /// When the last match was good.
@@ -97,6 +102,7 @@ impl Mhd {
             motion: None,
             drawn: None,
             sweeps_drawn: 0,
+            stands: true,
             failures: 0,
             refusals: 0,
             seen: None,
@@ -264,7 +270,12 @@ impl Mhd {
                 way.xy().norm() >= self.settings.key_step_m || way.z.abs() >= self.settings.key_turn_rad
             }
         };
-        if due || self.sweeps_drawn < FIRST_SWEEPS {
+        let stays = motion.pose.xy().norm() < STANDING_M && motion.pose.z.abs() < STANDING_RAD;
+        self.stands &= stays;
+        if self.stands {
+            let standing = Motion { stamp: motion.stamp, pose: Vector3::zeros(), velocity: Vector3::zeros() };
+            self.draw(&standing);
+        } else if due || self.sweeps_drawn < FIRST_SWEEPS {
             self.draw(motion);
         }
     }
