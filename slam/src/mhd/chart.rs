@@ -1,6 +1,7 @@
 //! The map: one raster per layer whose cells hold the mean of the points that fell into them, and never forget a
 //! place for its age. The return to an old place re-locks on it: at the size of an orchard block that is the loop closure.
 
+use super::compact::CLEARING_M_MAX;
 use super::features::{Clearing, Feature};
 use super::motion::Motion;
 use crate::raster::{CellIndex, Raster, cell_at};
@@ -26,6 +27,8 @@ struct Seen {
     frame: u32,
     /// Evidence that it is occupied.
     evidence: f32,
+    /// Whether it was met from within the reach of clearings.
+    is_near: bool,
 }
 
 /// What was met in one cell of a layer.
@@ -81,6 +84,7 @@ impl Chart {
             let (Some(seen), Some(spot)) = (layer.seen.get_mut(cell), layer.spots.get_mut(cell)) else {
                 continue;
             };
+            seen.is_near |= feature.at.norm() < CLEARING_M_MAX;
             if seen.frame != self.frame {
                 seen.frame = self.frame;
                 seen.evidence = (seen.evidence + HIT).min(HIT_MAX);
@@ -145,7 +149,8 @@ impl Chart {
         }
     }
 
-    /// The layers `from..to` as one drawing: occupied where any is, else free where any was seen.
+    /// The layers `from..to` as one drawing: occupied where any is, else free where any was seen. What was only met from so
+    /// far that no beam that crosses it clears it again serves the matching, but is not drawn.
     pub(crate) fn drawing(&self, from: usize, to: usize) -> Option<Grid<Cell>> {
         let layers =
             || self.layers[from..to].iter().map(|layer| &layer.seen).filter(|seen| seen.size().0 > 0);
@@ -161,7 +166,9 @@ impl Chart {
                 let cell = (first_column + (index % columns) as i32, first_row + (index / columns) as i32);
                 let seen = layer.get(cell);
                 if seen.evidence >= OCCUPIED {
-                    *drawn = Cell::Occupied;
+                    if seen.is_near {
+                        *drawn = Cell::Occupied;
+                    }
                 } else if seen.frame > 0 && *drawn == Cell::Unknown {
                     *drawn = Cell::Free;
                 }
