@@ -12,6 +12,10 @@
 //!
 //! Two figures: `find` is the tracer, which answers as other ray casters do: surface and distance in single precision.
 //! `cast` is what a simulator asks for: the exact hit in double precision comes on top. Ratios to others take `find`.
+//!
+//! The cost of wind is told twice, each time against the same orchard in still air: trees that sway as one, and trees of
+//! a trunk and twelve limbs (branch clusters) that sway on their own. What it costs to part trees into limbs is a third
+//! figure, and the last is both together.
 
 #[path = "rays/export.rs"]
 mod export;
@@ -192,6 +196,21 @@ fn measure(size: Size, wanted: &Wanted) {
             1e3 / time,
             median(&ratios),
             shown.join(" ")
+        );
+    }
+    for (measure, at) in [("find", 0), ("cast", 4)] {
+        let ratio = |of: usize, to: usize| {
+            let pairs = rows[at + of].1.iter().zip(&rows[at + to].1);
+            median(&pairs.map(|(time, base)| time / base).collect::<Vec<f64>>())
+        };
+        let [still, wind, still_limbs, limbs] = [0, 1, 2, 3];
+        println!("  {measure}: cost of wind on against off");
+        println!("    trees that sway as one                {:6.3}", ratio(wind, still));
+        println!("    branch clusters, twelve limbs a tree  {:6.3}", ratio(limbs, still_limbs));
+        println!(
+            "    (branch clusters against whole trees: {:.3} in still air, {:.3} in wind against still air)",
+            ratio(still_limbs, still),
+            ratio(limbs, still)
         );
     }
     let sweep_ms = median(&rows[rows.len() - 1].1) * five.len() as f64 * 1e-6;
