@@ -18,7 +18,8 @@ pub struct MhdSettings {
     /// themselves, trunks and bushes do not.
     pub segment_m_max: f64,
     /// Heights above ground where the layers of a many-ring sweep meet, meters, rising. Each layer has its own map,
-    /// because a cone or a crown has another outline at another height: thin layers where cones and trunks stand.
+    /// because a cone or a crown has another outline at another height: thin layers where cones and trunks stand. Crowns
+    /// above them sway and show another face from everywhere: with them headings drift three times as fast.
     pub layer_edges_m: Vec<f64>,
     /// Heights above ground between which the drawn map shows what is occupied, meters.
     pub map_height_m: [f64; 2],
@@ -61,7 +62,7 @@ impl Default for MhdSettings {
             planar_range_m_max: 20.0,
             planar_bearing_rad_max: 2.55,
             segment_m_max: 1.0,
-            layer_edges_m: vec![0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 1.2, 2.0],
+            layer_edges_m: vec![0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75],
             map_height_m: [0.15, 0.75],
             bin_rad: 0.5_f64.to_radians(),
             cell_m: 0.07,
