@@ -7,7 +7,9 @@ use crate::trace::Trace;
 use arborloop_base::{
     Cell, Estimate, Grid, Health, Pose, Record, Seed, Sink, Time, Trajectory, Wire, planar,
 };
-use arborloop_eval::dataset::{Recorded, Recorder, RecorderSettings, Recording, RecordingKind};
+use arborloop_eval::dataset::{
+    BackgroundRecorder, Recorded, Recorder, RecorderSettings, Recording, RecordingKind,
+};
 use arborloop_eval::report::HealthCounts;
 use arborloop_eval::{
     Alignment, MapScore, MapScoreSettings, PoseTime, Score, ScoreSettings, Stats, resample, score, score_map,
@@ -142,7 +144,10 @@ pub(crate) fn simulate(
         })?),
     };
     let mut recorder = match folder {
-        Some((folder, clouds)) => Some(Recorder::create(folder, recorder_settings(&sim, clouds))?),
+        Some((folder, clouds)) => {
+            let recorder = Recorder::create(folder, recorder_settings(&sim, clouds))?;
+            Some(BackgroundRecorder::start(recorder)?)
+        }
         None => None,
     };
     let truth_map = truth_map(&sim);
@@ -191,6 +196,10 @@ pub(crate) fn simulate(
     let (tilt_deg, speed_mps, sweeps) =
         (std::mem::take(&mut trace.tilt_deg), std::mem::take(&mut trace.speed_mps), trace.sweeps);
     drop(trace);
+    let recorder = match recorder {
+        Some(recorder) => recorder.finish().map_err(|error| Failure::Recording(error.into()))?,
+        None => None,
+    };
     let recorded = match recorder {
         Some(mut recorder) => {
             recorder.truth_map(sim.now(), &truth_map)?;

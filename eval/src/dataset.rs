@@ -4,6 +4,7 @@
 //! Foxglove take it as it is. [`Recorder`] writes one, [`open`] reads one, ours or a stranger's. The promise is the
 //! content hash (SHA-256 over topic, log time and payload), not the bytes of the file.
 
+mod background;
 mod bag;
 mod calibration;
 mod cdr;
@@ -29,6 +30,7 @@ mod states;
 mod tum;
 
 pub use crate::associate::PoseTime;
+pub use background::BackgroundRecorder;
 pub use bag::{Recorded, TopicSummary};
 pub use calibration::write_calibration;
 pub use error::{DatasetError, Place};

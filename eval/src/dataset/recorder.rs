@@ -98,7 +98,17 @@ impl Recorder {
         Ok(recorded)
     }
 
-    fn record(&mut self, now: Time, record: &Record<'_>) -> Result<(), DatasetError> {
+    /// The MCAP.
+    pub(super) fn path(&self) -> &Path {
+        self.bag.path()
+    }
+
+    /// Whether labels are written at all.
+    pub(super) fn keeps_labels(&self) -> bool {
+        self.settings.clouds
+    }
+
+    pub(super) fn record(&mut self, now: Time, record: &Record<'_>) -> Result<(), DatasetError> {
         if !self.mounted {
             self.mounted = true;
             let mounts = self.mounts(now);

@@ -3,7 +3,7 @@ use crate::dataset::mcap_file::{Item, McapCursor};
 use crate::dataset::observations::decode;
 use crate::dataset::ros2::PointCloud2;
 use crate::dataset::*;
-use arborloop_base::{Observation, Pose, Record, Sink, Span, Sweep, Time, vlp16};
+use arborloop_base::{Observation, Pose, Record, Sink, Span, Sweep, Time, Twist, vlp16};
 use std::path::Path;
 
 pub(super) fn settings() -> RecorderSettings {
@@ -266,5 +266,43 @@ fn an_instant_that_goes_back_and_a_foreign_sweep_are_refused_with_the_file_named
     let mut odd = sweep.clone();
     odd.returns[5].fired_after = Span::from_nanos(1);
     let message = refused(sweep.end, &Record::Observation(&Observation::Sweep(odd)));
+    assert!(message.contains("no firing of a VLP-16"), "{message}");
+}
+
+#[test]
+fn a_recorder_in_the_background_writes_the_same_bits_and_says_what_it_cannot_write() {
+    let (front, back) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let (given, hash) = record(front.path(), settings(), 3);
+    let mut recorder = Recorder::create(back.path(), settings()).unwrap();
+    recorder.truth_map(Time::SIMULATION_START, &synthetic::map()).unwrap();
+    let mut recorder = BackgroundRecorder::start(recorder).unwrap();
+    walk(3, &mut recorder);
+    let recorded = recorder.finish().unwrap().unwrap().finish().unwrap();
+    assert_eq!(recorded, hash);
+    assert_eq!(replay(back.path()).len(), given.len());
+
+    let dropped = tempfile::tempdir().unwrap();
+    let mut recorder =
+        BackgroundRecorder::start(Recorder::create(dropped.path(), settings()).unwrap()).unwrap();
+    walk(3, &mut recorder);
+    drop(recorder);
+    assert_eq!(replay(dropped.path()), replay(back.path()));
+
+    // One firing that no VLP-16 makes: the run goes on for a while, then it is told, once.
+    let odd = tempfile::tempdir().unwrap();
+    let mut recorder = BackgroundRecorder::start(Recorder::create(odd.path(), settings()).unwrap()).unwrap();
+    let (mut sweep, _) = synthetic::sweep(Time::from_nanos(1_100_000_000));
+    sweep.returns[5].fired_after = Span::from_nanos(1);
+    let end = sweep.end;
+    let observation = Observation::Sweep(sweep);
+    recorder.write(end, &Record::Observation(&observation)).unwrap();
+    let told = (0..1000).find_map(|_| recorder.write(end, &Record::Command(&Twist::default())).err());
+    let message = told.unwrap().to_string();
+    assert!(message.contains("walk_0.mcap") && message.contains("no firing of a VLP-16"), "{message}");
+    assert!(recorder.finish().unwrap().is_none());
+    let mut recorder =
+        BackgroundRecorder::start(Recorder::create(&odd.path().join("end"), settings()).unwrap()).unwrap();
+    recorder.write(end, &Record::Observation(&observation)).unwrap();
+    let message = recorder.finish().err().unwrap().to_string();
     assert!(message.contains("no firing of a VLP-16"), "{message}");
 }
