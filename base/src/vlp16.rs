@@ -5,7 +5,7 @@
 
 mod wire;
 
-pub use wire::{decode, encode, encode_as};
+pub use wire::{Turn, decode, encode, encode_as};
 
 use crate::time::{Span, Time};
 

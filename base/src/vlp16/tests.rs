@@ -175,3 +175,23 @@ fn a_lost_packet_leaves_a_gap_and_the_bearings_around_it_as_they_were() {
     assert_eq!(encode(&gap).unwrap().len(), packets.len());
     assert_eq!(decode(&encode(&gap).unwrap(), gap.end).unwrap(), gap);
 }
+
+#[test]
+fn a_turn_without_packets_is_that_of_its_packets_to_the_bit() {
+    for cycles in [1, 2, 23, 24, 25, 1808, 1809] {
+        let raw = turning_sweep(cycles);
+        let wired = decode(&encode(&raw).unwrap(), raw.end).unwrap();
+        let firsts = raw.returns.iter().step_by(2 * LASERS).map(|one| one.azimuth_rad);
+        let turn = Turn::new(firsts);
+        for (number, (one, wired)) in raw.returns.iter().zip(&wired.returns).enumerate() {
+            let (cycle, laser) = (number / LASERS, number % LASERS);
+            let cos = ELEVATION_DEG[laser].to_radians().cos();
+            let along_m = one.range_m.map(|range_m| range_m * one.elevation_rad.cos() / cos);
+            assert_eq!(
+                turn.carry(cycle, laser, along_m, one.intensity),
+                *wired,
+                "return {number} of {cycles} cycles"
+            );
+        }
+    }
+}

@@ -76,23 +76,83 @@ pub fn encode_as(sweep: &Sweep, mode: ReturnMode) -> Result<Vec<Packet>, WireErr
         let blocks = &mut packet.payload[first * BLOCK_BYTES..][..count * BLOCK_BYTES];
         for (place, block) in blocks.chunks_exact_mut(BLOCK_BYTES).enumerate() {
             if laser == 0 && cycle % 2 == 0 {
-                // The encoder counts clockwise from the connector's opposite: the negative of our bearing.
-                let hundredths = nearest(-one.azimuth_rad / TAU * HUNDREDTHS as f64);
                 block[..2].copy_from_slice(&BLOCK_FLAG);
-                block[2..4].copy_from_slice(&(hundredths.rem_euclid(HUNDREDTHS) as u16).to_le_bytes());
+                block[2..4].copy_from_slice(&(hundredths_of(one.azimuth_rad) as u16).to_le_bytes());
             }
             if let Some(range_m) = one.range_m
                 && (one.number == 0 || place == 0)
             {
-                let along_beam_m = range_m * one.elevation_rad.cos() / LINES[laser].1;
-                let steps = nearest((along_beam_m / DISTANCE_STEP_M).clamp(1.0, f64::from(u16::MAX))) as u16;
+                let steps = steps_of(range_m * one.elevation_rad.cos() / LINES[laser].1);
                 let at = 4 + 3 * (cycle % 2 * LASERS + laser);
                 block[at..at + 2].copy_from_slice(&steps.to_le_bytes());
-                block[at + 2] = nearest(f64::from(one.intensity).clamp(0.0, 255.0)) as u8;
+                block[at + 2] = byte_of(one.intensity);
             }
         }
     }
     Ok(packets.into_iter().map(|(_, packet)| packet).collect())
+}
+
+/// A bearing as the encoder counts it: clockwise from the connector's opposite, the negative of ours.
+fn hundredths_of(azimuth_rad: f64) -> i64 {
+    nearest(-azimuth_rad / TAU * HUNDREDTHS as f64).rem_euclid(HUNDREDTHS)
+}
+
+/// A distance that is no miss, in steps of 2 mm.
+fn steps_of(along_beam_m: f64) -> u16 {
+    nearest((along_beam_m / DISTANCE_STEP_M).clamp(1.0, f64::from(u16::MAX))) as u16
+}
+
+fn byte_of(intensity: f32) -> u8 {
+    nearest(f64::from(intensity).clamp(0.0, 255.0)) as u8
+}
+
+/// Share of the way to the next block's azimuth at each firing of a block.
+static SHARES: LazyLock<[f64; 2 * LASERS]> =
+    LazyLock::new(|| std::array::from_fn(|slot| after_block(slot).seconds() / (CYCLE_STEP * 2).seconds()));
+
+/// When a firing of a block fires, after the block's first.
+fn after_block(slot: usize) -> Span {
+    CYCLE_STEP * (slot / LASERS) as i64 + LASER_STEP * (slot % LASERS) as i64
+}
+
+/// Clockwise bearing of a firing of a block, radians; the next block is `step` hundredths of a degree ahead.
+fn clockwise_of(azimuth: i64, step: i64, slot: usize) -> f64 {
+    (azimuth as f64 + SHARES[slot] * step as f64) / HUNDREDTHS as f64 * TAU
+}
+
+/// A whole turn with one return a firing, over the wire without packets in between: bit for bit what [`decode`] makes of
+/// [`encode`]'s packets.
+#[derive(Debug, Clone)]
+pub struct Turn {
+    /// Azimuth of each block, and how far it is to the next one's; hundredths of a degree.
+    blocks: Vec<(i64, i64)>,
+}
+
+impl Turn {
+    /// `bearings_rad` are those of the first laser in every second cycle, counter-clockwise.
+    pub fn new(bearings_rad: impl Iterator<Item = f64>) -> Self {
+        let mut blocks: Vec<(i64, i64)> =
+            bearings_rad.map(|bearing_rad| (hundredths_of(bearing_rad), 0)).collect();
+        let mut step = 0;
+        for index in 0..blocks.len() {
+            if let Some((next, _)) = blocks.get(index + 1) {
+                step = (next - blocks[index].0).rem_euclid(HUNDREDTHS);
+            }
+            blocks[index].1 = step;
+        }
+        Turn { blocks }
+    }
+
+    /// The return of a firing: cycles count from the turn's first, lasers in firing order; `along_beam_m` is `None` for a
+    /// miss. The cycle must be one of the turn's.
+    pub fn carry(&self, cycle: usize, laser: usize, along_beam_m: Option<f64>, intensity: f32) -> Return {
+        let (azimuth, step) = self.blocks[cycle / 2];
+        let (steps, byte) = along_beam_m.map_or((0, 0), |along_m| (steps_of(along_m), byte_of(intensity)));
+        let [low, high] = steps.to_le_bytes();
+        let fired_after = CYCLE_STEP * cycle as i64 + LASER_STEP * laser as i64;
+        let clockwise = clockwise_of(azimuth, step, cycle % 2 * LASERS + laser);
+        return_of(laser, clockwise, &[low, high, byte], 0, fired_after)
+    }
 }
 
 fn blank(start: Time, number: usize, mode: ReturnMode) -> Packet {
@@ -140,13 +200,12 @@ pub fn decode(packets: &[Packet], end: Time) -> Result<Sweep, WireError> {
         step = step_after(index).unwrap_or(step);
         for slot in 0..2 * LASERS {
             let (cycle, laser) = (slot / LASERS, slot % LASERS);
-            let after_block = CYCLE_STEP * cycle as i64 + LASER_STEP * laser as i64;
+            let after_block = after_block(slot);
             let last_laser = pair.time + CYCLE_STEP * cycle as i64 + LASER_STEP * (LASERS as i64 - 1);
             if last_laser >= end {
                 continue;
             }
-            let share = after_block.seconds() / (CYCLE_STEP * 2).seconds();
-            let clockwise = (pair.azimuth as f64 + share * step as f64) / HUNDREDTHS as f64 * TAU;
+            let clockwise = clockwise_of(pair.azimuth, step, slot);
             let echo = &pair.block[4 + 3 * slot..][..3];
             let fired_after = pair.time + after_block - start;
             sweep.returns.push(return_of(laser, clockwise, echo, 0, fired_after));

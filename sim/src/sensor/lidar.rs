@@ -5,6 +5,7 @@
 mod answer;
 mod body;
 mod cast;
+mod deliver;
 mod echo;
 mod explain;
 mod fault;
@@ -57,6 +58,8 @@ pub(crate) struct Lidar {
     noise: Stream,
     air: Air,
     faults: Vec<FaultSpec>,
+    /// Whether returns go over the wire without packets in between.
+    is_direct: bool,
     body: Body,
     /// Firing cycles of a packet, for packets that get lost.
     packet_cycles: i64,
@@ -96,7 +99,9 @@ impl Lidar {
         let body = Body::go1();
         let schedule = Schedule::new(&spec.model, spec.columns, period);
         let off = |ray: &SubRay| ray.across_rad.hypot(ray.up_rad);
+        let (wire, beams) = (spec.wire(), beams_of(&spec.model, &base_from_lidar, &body, &schedule));
         Lidar {
+            is_direct: Lidar::is_direct(&wire, &beams, spec.model.turn.cycle_ns),
             width_rad: 2.0 * footprint.iter().map(off).fold(0.0, f64::max),
             looks_behind: spec.sub_rays > 1 || matches!(spec.returns, EchoChoice::Last | EchoChoice::Dual),
             packet_cycles: match spec.wire() {
@@ -107,11 +112,11 @@ impl Lidar {
             },
             air: Air::new(&WeatherSpec::default(), pulse.length_m),
             faults: Vec::new(),
-            wire: spec.wire(),
+            wire,
             period,
             base_from_lidar,
             schedule,
-            beams: beams_of(&spec.model, &base_from_lidar, &body, &schedule),
+            beams,
             body,
             footprint,
             threshold: 0.1 / (spec.reach_m * spec.reach_m),
@@ -152,45 +157,27 @@ impl Lidar {
     /// The turn that is complete at `end`, as the wire carries it, and what each return really met.
     pub(crate) fn sweep(&mut self, end: Time, around: Surroundings<'_>) -> (Sweep, Vec<Label>) {
         let cycles = self.schedule.cycles(end);
-        self.fire(cycles.clone(), around);
+        let first = self.fire(cycles.clone(), around);
         let mut answers = std::mem::take(&mut self.answers);
-        self.spoil(&cycles, &mut answers);
+        let beams = self.beams.len();
+        let place = |cycle: i64| (cycle - first).max(0) as usize * beams;
+        let turn = &mut answers[place(cycles.start)..place(cycles.end)];
+        self.spoil(&cycles, turn);
+        let delivered = self.deliver(cycles, end, turn);
         self.answers = answers;
-        let start = self.schedule.start(cycles.start);
-        let (offset, gaps) = (self.clock_offset(end), self.leaves_gaps());
-        let rings = self.beams.len() as u16;
-        let mut sweep = Sweep {
-            start: start + offset,
-            end: end + offset,
-            rings,
-            returns: Vec::with_capacity(self.answers.len()),
-        };
-        let mut labels = Vec::with_capacity(self.answers.len());
-        for answer in self.answers.iter().filter(|answer| cycles.contains(&answer.cycle)) {
-            if answer.dropped && gaps {
-                continue;
-            }
-            for (mut one, label) in answer.given.into_iter().flatten() {
-                one.fired_after = self.said_after(answer.stamp, answer.stamp - start);
-                sweep.returns.push(one);
-                labels.push(label);
-            }
-        }
-        let carried = self.wire.carry(&sweep).expect("these firings follow the lidar's own table");
-        debug_assert_eq!(carried.returns.len(), labels.len());
-        (carried, labels)
+        delivered
     }
 
     /// Answers of every firing of these cycles, cycle by cycle; blocks of cycles are aligned to the beginning of the
-    /// run, so that a firing is traced with the same neighbors whoever asks for it.
-    fn fire(&mut self, cycles: Range<i64>, around: Surroundings<'_>) {
+    /// run, so that a firing is traced with the same neighbors whoever asks for it. Says the first cycle that answers.
+    fn fire(&mut self, cycles: Range<i64>, around: Surroundings<'_>) -> i64 {
         let block = self.schedule.together() as i64;
         let first = cycles.start.div_euclid(block) * block;
         let blocks = (cycles.end - first + block - 1).div_euclid(block).max(0);
         let mut answers = std::mem::take(&mut self.answers);
         let block_answers = block as usize * self.beams.len();
         // Every firing of every block answers, so that what is left of the sweep before is overwritten.
-        answers.resize_with(blocks as usize * block_answers, Answer::none);
+        answers.resize_with(blocks as usize * block_answers, || Answer::NONE);
         answers.par_chunks_mut(block_answers).enumerate().for_each(|(index, answers)| {
             let from = first + index as i64 * block;
             let mut scratch = self.borrow_scratch();
@@ -198,6 +185,7 @@ impl Lidar {
             self.scratch.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
         });
         self.answers = answers;
+        first
     }
 
     fn borrow_scratch(&self) -> Scratch {

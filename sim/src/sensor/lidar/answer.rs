@@ -4,20 +4,24 @@ use super::cast::{Scratch, Shot};
 use super::echo::{self, Echo};
 use super::model::EchoChoice;
 use super::{Beam, Lidar};
-use arborloop_base::{Draws, Label, Return, Span, Time, Wire, wrap_angle};
+use arborloop_base::{Draws, Label, Return, Span, Wire};
 
-/// Returns of one firing, a miss included.
+/// What is reported of one firing, a miss included.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Answer {
-    pub(super) cycle: i64,
-    pub(super) beam: usize,
-    pub(super) stamp: Time,
     /// Its packet got lost.
     pub(super) dropped: bool,
-    /// Ranges along the beam as measured, meters; of misses 0.
-    pub(super) along_m: [f64; 2],
-    /// Nearest first; `fired_after` is for the sweep to say.
-    pub(super) given: [Option<(Return, Label)>; 2],
+    /// Nearest first.
+    pub(super) given: [Option<Given>; 2],
+}
+
+/// One return as measured.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Given {
+    /// Range along the beam, meters; of a miss `None`.
+    pub(super) along_m: Option<f64>,
+    pub(super) intensity: f32,
+    pub(super) label: Label,
 }
 
 /// Why the sensor does not see an echo.
@@ -30,15 +34,15 @@ pub(super) enum Fate {
 }
 
 impl Answer {
-    pub(super) fn none() -> Self {
-        Answer {
-            cycle: i64::MIN,
-            beam: 0,
-            stamp: Time::default(),
-            dropped: false,
-            along_m: [0.0; 2],
-            given: [None; 2],
-        }
+    pub(super) const NONE: Answer = Answer { dropped: false, given: [None; 2] };
+}
+
+impl Given {
+    pub(super) const MISS: Given = Given::miss(Label::MISS);
+
+    /// Nothing is reported of what the label says was met.
+    pub(super) const fn miss(label: Label) -> Self {
+        Given { along_m: None, intensity: 0.0, label }
     }
 }
 
@@ -46,43 +50,38 @@ impl Answer {
 const SECOND: u64 = 3000;
 
 impl Lidar {
-    /// Joins what a shot met to echoes and reports them, in place: an answer is large.
+    /// Joins what a shot met to echoes and reports them.
     pub(super) fn answer(&self, number: usize, scratch: &mut Scratch, answer: &mut Answer) {
         let Scratch { shots, surfaces, echoes, .. } = scratch;
         let shot = &shots[number];
-        *answer = Answer { cycle: shot.cycle, beam: shot.beam, stamp: shot.stamp, ..Answer::none() };
-        let Answer { given, along_m, .. } = answer;
+        *answer = Answer::NONE;
+        let given = &mut answer.given;
         echo::form(&mut surfaces[number], self.spec.model.pulse.length_m, self.width_rad, echoes);
         let chosen = self.choose(echoes);
         for (number, index) in chosen.into_iter().flatten().enumerate() {
             let echo = &echoes[index];
-            let Some(along_beam_m) = self.measure(shot, echo, number) else { continue };
-            given[number] = Some((self.point(shot, along_beam_m, byte(echo.brightness)), echo.label));
-            along_m[number] = along_beam_m;
+            let along_m = self.measure(shot, echo, number);
+            let intensity = byte(echo.brightness);
+            given[number] = along_m.map(|_| Given { along_m, intensity, label: echo.label });
         }
         // Noise may change places; two ranges that the wire cannot tell apart are one return.
-        if let [Some((near, _)), Some((far, _))] = &*given {
+        if let [Some(near), Some(far)] = &*given {
+            let range_m =
+                |one: &Given| one.along_m.and_then(|along_m| self.point(shot, along_m, 0.0).range_m);
             let step_m = self.spec.model.range.range_step_m.max(0.002);
-            let gap_m = far.range_m.unwrap_or(0.0) - near.range_m.unwrap_or(0.0);
+            let gap_m = range_m(far).unwrap_or(0.0) - range_m(near).unwrap_or(0.0);
             if gap_m.abs() <= 2.0 * step_m {
                 given[1] = None;
             } else if gap_m < 0.0 {
                 given.swap(0, 1);
-                along_m.swap(0, 1);
             }
         }
         if given[0].is_none() {
             given.swap(0, 1);
-            along_m.swap(0, 1);
         }
         if given[0].is_none() {
-            given[0] =
-                Some((self.miss(shot), strongest(echoes).map_or(Label::MISS, |index| echoes[index].label)));
-        }
-        for (number, one) in given.iter_mut().enumerate() {
-            if let Some((one, _)) = one {
-                one.number = number as u8;
-            }
+            let label = strongest(echoes).map_or(Label::MISS, |index| echoes[index].label);
+            given[0] = Some(Given::miss(label));
         }
     }
 
@@ -178,15 +177,6 @@ impl Lidar {
             fired_after: Span::default(),
             intensity: 0.0,
         }
-    }
-
-    /// The beam's bearing as the encoder says it.
-    fn said_azimuth_rad(&self, shot: &Shot) -> f64 {
-        let step_rad = self.spec.model.turn.azimuth_step_deg.to_radians();
-        if matches!(self.wire, Wire::Plain) && step_rad > 0.0 {
-            return wrap_angle((shot.azimuth_rad / step_rad).round() * step_rad);
-        }
-        wrap_angle(shot.azimuth_rad)
     }
 }
 

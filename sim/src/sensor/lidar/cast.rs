@@ -39,9 +39,6 @@ pub(super) struct Shot {
     pub(super) stamp: Time,
     /// Its address of chance.
     pub(super) index: u64,
-    /// Bearing of the head and of the beam, radians, not wrapped.
-    pub(super) bearing_rad: f64,
-    pub(super) azimuth_rad: f64,
     /// What is left of its draws behind the middle ray's optical depth.
     pub(super) draws: Draws,
 }
@@ -102,9 +99,17 @@ impl Lidar {
         // Sixteen lasers a cycle keep the address that recordings were made with.
         let width = (self.beams.len() as u64).next_power_of_two().max(16);
         let index = cycle as u64 * width + beam as u64;
-        let bearing_rad = self.schedule.bearing_rad(cycle, stamp);
-        let azimuth_rad = bearing_rad - self.beams[beam].azimuth_rad;
-        Shot { cycle, beam, stamp, index, bearing_rad, azimuth_rad, draws: self.noise.at(index) }
+        Shot { cycle, beam, stamp, index, draws: self.noise.at(index) }
+    }
+
+    /// Bearing of the head at a shot, radians, not wrapped.
+    fn bearing_rad(&self, shot: &Shot) -> f64 {
+        self.schedule.bearing_rad(shot.cycle, shot.stamp)
+    }
+
+    /// Bearing of the beam, radians, not wrapped.
+    pub(super) fn azimuth_rad(&self, shot: &Shot) -> f64 {
+        self.bearing_rad(shot) - self.beams[shot.beam].azimuth_rad
     }
 
     /// `number` is the cycle's in the block.
@@ -146,7 +151,7 @@ impl Lidar {
         if radius_m == 0.0 {
             return Point3::new(0.0, 0.0, height_m);
         }
-        let (sin, cos) = shot.bearing_rad.sin_cos();
+        let (sin, cos) = self.bearing_rad(shot).sin_cos();
         Point3::new(radius_m * cos, radius_m * sin, height_m)
     }
 
@@ -201,8 +206,11 @@ impl Lidar {
                 let body = if layer == 0 { scratch.bodies[number] } else { None };
                 let Some(hit) = scratch.hits[number].or(body) else { continue };
                 let shot = &scratch.shots[owner.shot];
-                let window =
-                    if self.faults.is_empty() { 1.0 } else { self.window_left(shot.stamp, shot.azimuth_rad) };
+                let window = if self.faults.is_empty() {
+                    1.0
+                } else {
+                    self.window_left(shot.stamp, self.azimuth_rad(shot))
+                };
                 scratch.surfaces[owner.shot].push(Surface {
                     hit,
                     sub_ray: owner.sub_ray,
@@ -240,7 +248,7 @@ impl Lidar {
             let far_m = middle.map(|surface| surface.hit.range_m).fold(self.spec.range_m_max, f64::min);
             let soft = self.air.soft_target(far_m, chance.at(shot.index));
             surfaces.extend(soft.map(|soft| Surface {
-                share: soft.share * self.window_left(shot.stamp, shot.azimuth_rad),
+                share: soft.share * self.window_left(shot.stamp, self.azimuth_rad(shot)),
                 ..soft
             }));
         }

@@ -83,9 +83,14 @@ impl Lidar {
         let block = self.schedule.together() as i64;
         let first = cycle.div_euclid(block) * block;
         let mut scratch = self.borrow_scratch();
-        let mut answers = vec![super::Answer::none(); block as usize * self.beams.len()];
+        let mut answers = vec![super::Answer::NONE; block as usize * self.beams.len()];
         self.fire_block(first..first + block, around, &mut scratch, &mut answers);
-        self.spoil(&cycles, &mut answers);
+        // The cycles of the turn alone: faults count from its first.
+        let mine = (cycle - first) as usize * self.beams.len() + beam;
+        let mut turn = vec![super::Answer::NONE; self.firings(end)];
+        let beams = self.beams.len();
+        turn[firing - beam..][..beams].copy_from_slice(&answers[mine - beam..][..beams]);
+        self.spoil(&cycles, &mut turn);
         let number = scratch.shots.iter().position(|shot| shot.cycle == cycle && shot.beam == beam)?;
         let shot = scratch.shots[number].clone();
         let mut echoes = Vec::new();
@@ -119,15 +124,15 @@ impl Lidar {
                 },
             }
         });
-        let answer = &answers[(cycle - first) as usize * self.beams.len() + beam];
-        let kept = answer.given.iter().flatten().filter(|_| !answer.dropped || !self.leaves_gaps());
+        let answer = &turn[firing];
+        let kept = self.returns(&shot, answer).filter(|_| !answer.dropped || !self.leaves_gaps());
         let (moment, share) = around.motion.moment(shot.stamp);
         let world_from_lidar = moment.pose(share) * self.base_from_lidar;
         Some(FiringStory {
             stamp: shot.stamp,
             beam,
             ring: self.beams[beam].ring,
-            azimuth_deg: arborloop_base::wrap_angle(shot.azimuth_rad).to_degrees(),
+            azimuth_deg: arborloop_base::wrap_angle(self.azimuth_rad(&shot)).to_degrees(),
             elevation_deg: self.beams[beam].elevation_rad.to_degrees(),
             origin: world_from_lidar * self.exit(&shot),
             surfaces: surfaces.collect(),
@@ -138,7 +143,7 @@ impl Lidar {
                 .filter(|fault| fault.time().contains(&shot.stamp))
                 .map(super::FaultSpec::kind)
                 .collect(),
-            returns: kept.map(|(one, _)| *one).collect(),
+            returns: kept.map(|(one, _)| one).collect(),
         })
     }
 

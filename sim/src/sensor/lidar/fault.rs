@@ -1,9 +1,9 @@
 //! Faults of a lidar by name, each over a stretch of time: a system sees them, a recording keeps them, truth knows nothing.
 
-use super::answer::Answer;
+use super::answer::{Answer, Given};
 use super::{Lidar, WireForm};
 use crate::scenario::{Wrong, within};
-use arborloop_base::{Label, Span, Time, wrap_angle};
+use arborloop_base::{Span, Time, wrap_angle};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -146,71 +146,51 @@ impl Lidar {
         self.faults.iter().map(through).product()
     }
 
-    /// Spoils the answers of a turn: dark firings, beams taken for each other, packets that get lost.
-    pub(super) fn spoil(&self, cycles: &Range<i64>, answers: &mut [Answer]) {
+    /// Spoils the answers of a turn, one cycle after the other from its first on: dark firings, beams taken for each
+    /// other, packets that get lost.
+    pub(super) fn spoil(&self, cycles: &Range<i64>, turn: &mut [Answer]) {
         for (number, fault) in self.faults.iter().enumerate() {
             let time = fault.time();
-            let turn = cycles.clone();
-            let struck = move |answer: &Answer| turn.contains(&answer.cycle) && time.contains(&answer.stamp);
-            match fault {
-                FaultSpec::Blackout { .. } => {
-                    answers.iter_mut().filter(|answer| struck(answer)).for_each(|answer| self.darken(answer));
-                }
-                FaultSpec::SwappedRings { rings, .. } => self.swap(*rings, struck, answers),
-                FaultSpec::DroppedPackets { ratio, .. } => {
-                    let (chance, time) = (self.noise.child(FAULTS + number as u64), fault.time());
-                    for answer in answers.iter_mut().filter(|answer| cycles.contains(&answer.cycle)) {
-                        let within = (answer.cycle - cycles.start) % self.packet_cycles;
-                        let packet = answer.cycle - within;
+            let chance = self.noise.child(FAULTS + number as u64);
+            for (cycle, answers) in cycles.clone().zip(turn.chunks_exact_mut(self.beams.len())) {
+                let begin = self.schedule.start(cycle);
+                let struck = |beam: usize| time.contains(&(begin + self.beams[beam].fires_after));
+                match fault {
+                    FaultSpec::Blackout { .. } => {
+                        let dark = answers.iter_mut().enumerate().filter(|(beam, _)| struck(*beam));
+                        dark.for_each(|(_, answer)| darken(answer));
+                    }
+                    FaultSpec::SwappedRings { rings, .. } => {
+                        let beam_of = |ring: u16| self.beams.iter().position(|beam| beam.ring == ring);
+                        if let (Some(one), Some(other)) = (beam_of(rings[0]), beam_of(rings[1]))
+                            && struck(one)
+                            && struck(other)
+                        {
+                            let (a, b) = (answers[one].given, answers[other].given);
+                            (answers[one].given, answers[other].given) = (b, a);
+                        }
+                    }
+                    FaultSpec::DroppedPackets { ratio, .. } => {
+                        let within = (cycle - cycles.start) % self.packet_cycles;
+                        let packet = cycle - within;
                         // A packet is lost whole, or not: its first firing says whether the fault is on.
                         let struck = time.contains(&self.schedule.start(packet));
-                        if struck && chance.at(packet as u64).chance(*ratio) {
-                            answer.dropped = true;
-                            if self.spec.model.wire == WireForm::Ouster {
-                                // A frame has no gaps: its lost columns are misses.
-                                self.darken(answer);
+                        for answer in answers {
+                            if struck && chance.at(packet as u64).chance(*ratio) {
+                                answer.dropped = true;
+                                if self.spec.model.wire == WireForm::Ouster {
+                                    // A frame has no gaps: its lost columns are misses.
+                                    darken(answer);
+                                }
                             }
                         }
                     }
+                    FaultSpec::DirtSector { .. }
+                    | FaultSpec::FrozenStamps { .. }
+                    | FaultSpec::SkewedStamps { .. } => {}
                 }
-                FaultSpec::DirtSector { .. }
-                | FaultSpec::FrozenStamps { .. }
-                | FaultSpec::SkewedStamps { .. } => {}
             }
         }
-    }
-
-    fn darken(&self, answer: &mut Answer) {
-        let Some((_, label)) = answer.given[0] else { return };
-        answer.given = [Some((self.miss(&self.shot(answer.cycle, answer.beam)), label)), None];
-    }
-
-    fn swap(&self, rings: [u16; 2], struck: impl Fn(&Answer) -> bool, answers: &mut [Answer]) {
-        let beam_of = |ring: u16| self.beams.iter().position(|beam| beam.ring == ring);
-        let (Some(one), Some(other)) = (beam_of(rings[0]), beam_of(rings[1])) else { return };
-        for cycle in answers.chunks_exact_mut(self.beams.len()) {
-            if struck(&cycle[one]) && struck(&cycle[other]) {
-                let (a, b) = (cycle[one], cycle[other]);
-                cycle[one] = self.reported_as(&a, &b);
-                cycle[other] = self.reported_as(&b, &a);
-            }
-        }
-    }
-
-    /// The ranges that `measured` holds, as returns of the beam of `place`.
-    fn reported_as(&self, place: &Answer, measured: &Answer) -> Answer {
-        let shot = self.shot(place.cycle, place.beam);
-        let mut answer = Answer { given: [None; 2], along_m: measured.along_m, ..*place };
-        for (number, one) in measured.given.iter().enumerate() {
-            answer.given[number] = one.map(|(one, label): (_, Label)| {
-                let point = match one.range_m {
-                    Some(_) => self.point(&shot, measured.along_m[number], one.intensity),
-                    None => self.miss(&shot),
-                };
-                (arborloop_base::Return { number: one.number, ..point }, label)
-            });
-        }
-        answer
     }
 
     /// When a firing claims to have been, and when the sweep that ends at `end` does.
@@ -229,5 +209,12 @@ impl Lidar {
             _ => Span::default(),
         };
         self.faults.iter().map(offset).fold(Span::default(), |sum, one| sum + one)
+    }
+}
+
+/// What was met is met still.
+fn darken(answer: &mut Answer) {
+    if let Some(given) = answer.given[0] {
+        answer.given = [Some(Given::miss(given.label)), None];
     }
 }
