@@ -33,7 +33,15 @@ const DOORS: &[(&str, &[&str])] = &[
     ("npyz", &["eval/src/dataset/pullally.rs"]),
     ("minijinja", &["eval/src/report.rs"]),
     ("toml::", &["sim/src/document.rs", "sim/src/scenario.rs"]),
-    ("rayon", &["sim/src/optics.rs", "sim/src/sensor/lidar.rs", "sim/src/sensor/lidar/deliver.rs"]),
+    (
+        "rayon",
+        &[
+            "sim/src/optics.rs",
+            "sim/src/run.rs",
+            "sim/src/sensor/lidar.rs",
+            "sim/src/sensor/lidar/deliver.rs",
+        ],
+    ),
     ("rand_pcg", &["base/src/seed.rs"]),
 ];
 

@@ -105,8 +105,9 @@ pub fn run(
                     steer(sim, &mut follower, &truth.as_estimate());
                 }
             }
-            for (index, system) in systems.iter_mut().enumerate() {
-                let Some(estimate) = answer(system, observation) else { continue };
+            let answers = ask(sim, systems, observation);
+            for (index, (system, answer)) in systems.iter().zip(answers).enumerate() {
+                let Some(estimate) = answer else { continue };
                 sink.write(sim.now(), &Record::Estimate { system: &system.name, estimate: &estimate })?;
                 if driver == Driver::System(index) {
                     watch.health(&estimate);
@@ -133,6 +134,16 @@ pub fn run(
         progress: follower.progress(),
         contacts: watch.events,
     })
+}
+
+/// Every system's answer. While they think about a sweep, the simulator works out what no answer can change.
+fn ask(sim: &mut Simulator, systems: &mut [System], observation: &Observation) -> Vec<Option<Estimate>> {
+    let mut asked = || systems.iter_mut().map(|system| answer(system, observation)).collect::<Vec<_>>();
+    if matches!(observation, Observation::Sweep(_)) {
+        rayon::join(asked, || sim.look_ahead()).0
+    } else {
+        asked()
+    }
 }
 
 fn answer(system: &mut System, observation: &Observation) -> Option<Estimate> {

@@ -29,6 +29,20 @@ pub struct Simulator {
     now: Time,
     command: Command,
     queued: VecDeque<(Time, Command)>,
+    state: TrunkState,
+    fall: Option<Fall>,
+    /// Ticks that nobody has seen yet, from the next one on.
+    ahead: VecDeque<Tick>,
+}
+
+/// What one tick brings, the sweep left out.
+struct Tick {
+    now: Time,
+    command: Command,
+    state: TrunkState,
+    contacts: Vec<Contact>,
+    fall: Option<Fall>,
+    observations: Vec<Observation>,
 }
 
 impl Simulator {
@@ -38,7 +52,7 @@ impl Simulator {
         let world = arborloop_worlds::build(&scenario.world, seed);
         let start = scenario.start.pose();
         let gait = Gait::new(&world, scenario, seed);
-        let state = gait.state();
+        let state = gait.state().clone();
         let (robot, joint_names) = match wheeled(scenario.robot.model) {
             Some(wheeled) => (wheeled.robot.clone(), wheeled.joint_names()),
             None => (go1(), go1::JOINT_NAMES.map(str::to_owned).to_vec()),
@@ -75,6 +89,9 @@ impl Simulator {
             now: Time::SIMULATION_START,
             command: Command::default(),
             queued: VecDeque::new(),
+            fall: gait.fall(),
+            state,
+            ahead: VecDeque::new(),
             scenario: scenario.clone(),
             world,
             robot,
@@ -120,7 +137,7 @@ impl Simulator {
 
     /// Angles of the robot's joints now, radians.
     pub fn joint_angles_rad(&self) -> &[f64] {
-        &self.gait.state().joint_angles_rad[..self.joint_names.len()]
+        &self.state.joint_angles_rad[..self.joint_names.len()]
     }
 
     /// The lidar's mount on the base.
@@ -150,12 +167,12 @@ impl Simulator {
 
     /// The robot's body now.
     pub fn body(&self) -> &TrunkState {
-        self.gait.state()
+        &self.state
     }
 
     /// The robot's fall, once there was one.
     pub fn fall(&self) -> Option<Fall> {
-        self.gait.fall()
+        self.fall
     }
 
     /// Truth of every return of the last sweep, in its order.
@@ -165,7 +182,7 @@ impl Simulator {
 
     /// What is true now.
     pub fn truth(&self) -> Truth {
-        let state = self.gait.state();
+        let state = &self.state;
         Truth {
             stamp: self.now,
             world_from_base: state.world_from_base,
@@ -197,36 +214,86 @@ impl Simulator {
 
     /// One tick: the robot moves, and what its sensors complete in this tick is returned, sweeps last.
     pub fn step(&mut self) -> Vec<Observation> {
-        self.advance();
-        self.observe()
+        let tick = self.ahead.pop_front().unwrap_or_else(|| {
+            let mut tick = self.drive();
+            self.sense(&mut tick);
+            tick
+        });
+        let mut observations = self.show(tick);
+        if is_due(self.now, self.lidar.period()) {
+            let around = Surroundings { motion: &self.motion, optics: &self.optics };
+            let (sweep, labels) = self.lidar.sweep(self.now, around);
+            self.labels = labels;
+            observations.push(Observation::Sweep(sweep));
+        }
+        observations
     }
 
     /// One tick in which the sensors are not asked: the robot moves as it would have.
     pub fn advance(&mut self) {
-        self.now += self.scenario.tick();
-        while let Some((due, command)) = self.queued.front().copied()
-            && due <= self.now
+        let tick = self.ahead.pop_front().unwrap_or_else(|| self.drive());
+        self.show(tick);
+    }
+
+    /// Works out what no command that is still to come can change: the ticks before one that is queued now would be
+    /// obeyed, and the part of the next sweep in them. Nothing of it is seen before its tick; the run is the same, to
+    /// the bit, but this may be called while a system thinks.
+    pub fn look_ahead(&mut self) {
+        let heard = self.now + Span::from_seconds(self.scenario.run.latency_s);
+        loop {
+            let (last, fallen) =
+                self.ahead.back().map_or((self.now, self.fall), |tick| (tick.now, tick.fall));
+            let next = last + self.scenario.tick();
+            // A fall ends a run.
+            if next >= heard || fallen.is_some() || is_due(next, self.lidar.period()) {
+                break;
+            }
+            let mut tick = self.drive();
+            self.sense(&mut tick);
+            self.ahead.push_back(tick);
+        }
+        if let Some(last) = self.ahead.back() {
+            let around = Surroundings { motion: &self.motion, optics: &self.optics };
+            self.lidar.fire_ahead(self.now + self.lidar.period(), last.now, around);
+        }
+    }
+
+    fn show(&mut self, tick: Tick) -> Vec<Observation> {
+        (self.now, self.command, self.fall) = (tick.now, tick.command, tick.fall);
+        (self.state, self.contacts) = (tick.state, tick.contacts);
+        tick.observations
+    }
+
+    /// Moves the robot on by a tick.
+    fn drive(&mut self) -> Tick {
+        let (last, mut command) =
+            self.ahead.back().map_or((self.now, self.command), |tick| (tick.now, tick.command));
+        let now = last + self.scenario.tick();
+        while let Some((due, queued)) = self.queued.front().copied()
+            && due <= now
         {
-            self.command = command;
+            command = queued;
             self.queued.pop_front();
         }
-        let standing = self.now < Time::SIMULATION_START + Span::from_seconds(self.scenario.run.stand_s);
-        let command = if standing { Command::default() } else { self.command };
-        self.contacts = self.gait.advance(&command, &self.world.terrain);
-        let state = self.gait.state();
+        let standing = now < Time::SIMULATION_START + Span::from_seconds(self.scenario.run.stand_s);
+        let obeyed = if standing { Command::default() } else { command };
+        let contacts = self.gait.advance(&obeyed, &self.world.terrain);
+        let state = self.gait.state().clone();
         self.motion.push_body(state.world_from_base, state.joint_angles_rad);
         if let Some(odometry) = self.odometry.as_mut() {
-            odometry.feel(state);
+            odometry.feel(&state);
         }
         if let Some(imu) = self.imu.as_mut() {
             imu.feel(self.scenario.tick(), &state.world_from_base, &state.linear_mps, &state.angular_radps);
         }
+        Tick { now, command, state, contacts, fall: self.gait.fall(), observations: Vec::new() }
     }
 
-    fn observe(&mut self) -> Vec<Observation> {
-        let (now, state) = (self.now, self.gait.state());
-        let due = |period: Span| (now - Time::SIMULATION_START).whole_steps(period).is_some();
-        let mut observations = Vec::new();
+    /// What the sensors complete in a tick, the lidar left out.
+    fn sense(&mut self, tick: &mut Tick) {
+        let Tick { now, state, observations, .. } = tick;
+        let now = *now;
+        let due = |period: Span| is_due(now, period);
         if let Some(imu) = self.imu.as_mut().filter(|imu| due(imu.period())) {
             let sample = imu.sample(now, &state.world_from_base, &state.linear_mps, &state.angular_radps);
             observations.extend(sample.map(Observation::Imu));
@@ -237,12 +304,36 @@ impl Simulator {
         if let Some(gnss) = self.gnss.as_ref().filter(|gnss| due(gnss.period())) {
             observations.push(Observation::Fix(gnss.sample(now, &state.world_from_base)));
         }
-        if due(self.lidar.period()) {
-            let (sweep, labels) =
-                self.lidar.sweep(now, Surroundings { motion: &self.motion, optics: &self.optics });
-            self.labels = labels;
-            observations.push(Observation::Sweep(sweep));
+    }
+}
+
+/// Whether a period that counts from the begin of the simulation is over.
+fn is_due(now: Time, period: Span) -> bool {
+    (now - Time::SIMULATION_START).whole_steps(period).is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looking_ahead_changes_nothing_of_what_is_seen() {
+        let document = Scenario::embedded("cone-field-go1-short").unwrap();
+        let changes = ["gait.mode=strides".to_owned(), "run.stand_s=0.1".to_owned()];
+        let scenario = Scenario::read(&document.overridden(&changes).unwrap()).unwrap();
+        let [mut plain, mut ahead] = [(); 2].map(|()| Simulator::new(&scenario, Seed(1)));
+        for tick in 0..450 {
+            let (one, other) = (plain.step(), ahead.step());
+            assert_eq!(one, other, "tick {tick}");
+            assert_eq!((plain.truth(), plain.command()), (ahead.truth(), ahead.command()), "tick {tick}");
+            // NaN marks what was not met, and equals nothing.
+            assert_eq!(format!("{:?}", plain.labels()), format!("{:?}", ahead.labels()), "tick {tick}");
+            if one.iter().any(|one| matches!(one, Observation::Sweep(_))) {
+                ahead.look_ahead();
+                assert!(!ahead.ahead.is_empty());
+                let command = Command { forward_mps: 0.5, turn_radps: 0.1 * f64::from(tick / 100) };
+                [&mut plain, &mut ahead].into_iter().for_each(|sim| sim.queue(command));
+            }
         }
-        observations
     }
 }

@@ -64,6 +64,8 @@ pub(crate) struct Lidar {
     /// Firing cycles of a packet, for packets that get lost.
     packet_cycles: i64,
     answers: Vec<Answer>,
+    /// First cycle of the turn that was begun ahead of its end, and how many blocks of it have answered.
+    begun: Option<(i64, usize)>,
     /// One a thread that ever cast, handed back after each block of cycles.
     scratch: Mutex<Vec<Scratch>>,
 }
@@ -122,6 +124,7 @@ impl Lidar {
             threshold: 0.1 / (spec.reach_m * spec.reach_m),
             noise: stream,
             answers: Vec::new(),
+            begun: None,
             scratch: Mutex::new(Vec::new()),
             spec: spec.clone(),
         }
@@ -157,7 +160,8 @@ impl Lidar {
     /// The turn that is complete at `end`, as the wire carries it, and what each return really met.
     pub(crate) fn sweep(&mut self, end: Time, around: Surroundings<'_>) -> (Sweep, Vec<Label>) {
         let cycles = self.schedule.cycles(end);
-        let first = self.fire(cycles.clone(), around);
+        let first = self.fire(cycles.clone(), None, around);
+        self.begun = None;
         let mut answers = std::mem::take(&mut self.answers);
         let beams = self.beams.len();
         let place = |cycle: i64| (cycle - first).max(0) as usize * beams;
@@ -168,23 +172,38 @@ impl Lidar {
         delivered
     }
 
+    /// Fires what of the turn that ends at `end` is over before `now`.
+    pub(crate) fn fire_ahead(&mut self, end: Time, now: Time, around: Surroundings<'_>) {
+        self.fire(self.schedule.cycles(end), Some(now), around);
+    }
+
     /// Answers of every firing of these cycles, cycle by cycle; blocks of cycles are aligned to the beginning of the
     /// run, so that a firing is traced with the same neighbors whoever asks for it. Says the first cycle that answers.
-    fn fire(&mut self, cycles: Range<i64>, around: Surroundings<'_>) -> i64 {
+    /// Blocks that fire at `until` or later are left for the next call for this turn, which goes on where this one ends.
+    fn fire(&mut self, cycles: Range<i64>, until: Option<Time>, around: Surroundings<'_>) -> i64 {
         let block = self.schedule.together() as i64;
         let first = cycles.start.div_euclid(block) * block;
-        let blocks = (cycles.end - first + block - 1).div_euclid(block).max(0);
+        let blocks = ((cycles.end - first + block - 1).div_euclid(block).max(0)) as usize;
+        let begun = self.begun.filter(|(cycle, _)| *cycle == cycles.start).map_or(0, |(_, blocks)| blocks);
+        let last = self.beams.iter().map(|beam| beam.fires_after).max().unwrap_or_default();
+        let over = |index: &usize| {
+            let cycle = first + (*index as i64 + 1) * block - 1;
+            until.is_none_or(|until| self.schedule.start(cycle) + last < until)
+        };
+        let ready = (begun..blocks).take_while(over).count();
         let mut answers = std::mem::take(&mut self.answers);
         let block_answers = block as usize * self.beams.len();
         // Every firing of every block answers, so that what is left of the sweep before is overwritten.
-        answers.resize_with(blocks as usize * block_answers, || Answer::NONE);
-        answers.par_chunks_mut(block_answers).enumerate().for_each(|(index, answers)| {
-            let from = first + index as i64 * block;
+        answers.resize_with(blocks * block_answers, || Answer::NONE);
+        let due = &mut answers[begun * block_answers..(begun + ready) * block_answers];
+        due.par_chunks_mut(block_answers).enumerate().for_each(|(index, answers)| {
+            let from = first + (begun + index) as i64 * block;
             let mut scratch = self.borrow_scratch();
             self.fire_block(from..from + block, around, &mut scratch, answers);
             self.scratch.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
         });
         self.answers = answers;
+        self.begun = Some((cycles.start, begun + ready));
         first
     }
 
