@@ -18,7 +18,8 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 const CHUNK_BYTES: u64 = 1 << 20;
-const ZSTD_LEVEL: u32 = 3;
+/// The quickest: ranges are noise, which no level makes smaller.
+const ZSTD_LEVEL: u32 = 1;
 
 /// One topic of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -19,6 +19,14 @@ pub(super) struct Cells {
 impl Cells {
     /// The part of a beam's stretch that is over the lattice.
     pub(super) fn within(&self, ray: &Ray, mut begin: f64, mut end: f64) -> Option<(f64, f64)> {
+        // Most stretches lie over it whole: no division for them.
+        let is_over = |axis: usize, range_m: f64| {
+            let off_m = ray.origin[axis] + ray.direction[axis] * range_m - self.low[axis];
+            0.0 <= off_m && off_m <= self.step * self.count[axis] as f64
+        };
+        if begin < end && (0..2).all(|axis| is_over(axis, begin) && is_over(axis, end)) {
+            return Some((begin, end));
+        }
         for axis in 0..2 {
             let (low, high) = (self.low[axis], self.low[axis] + self.step * self.count[axis] as f64);
             let (from, along) = (ray.origin[axis], ray.direction[axis]);

@@ -6,6 +6,7 @@
 
 use super::Ray;
 use super::cells::Cells;
+use super::soil;
 use super::turbid::{Medium, Span};
 use arborloop_base::Grid;
 use arborloop_worlds::World;
@@ -13,6 +14,9 @@ use std::ops::ControlFlow;
 
 /// Cells along a side of the squares that are looked at as one, from coarse to fine.
 const SIDES: [usize; 3] = [16, 4, 1];
+
+/// How many coarse squares around a beam's begin are asked for their highest tip at once.
+const NEAR: usize = 5;
 
 /// A plane above a square that no tip in it pierces. On a slope it lies much closer than the highest tip does.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +36,8 @@ pub(super) struct Grass {
     levels: [(Cells, Vec<Lid>); 3],
     /// The highest tip of all.
     top_m: f64,
+    /// The highest tip from each of the coarse squares to those [`NEAR`] squares away.
+    tops_near: Vec<f64>,
     extinction_per_m: f64,
     bare: bool,
 }
@@ -56,7 +62,9 @@ impl Grass {
             (Cells { low: [low.x, low.y], step, cells_per_m: step.recip(), count }, lids)
         });
         let top_m = tips.cells().iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        Grass { tips, levels, top_m, extinction_per_m, bare }
+        let tops = soil::highest(&tips, SIDES[0]);
+        let tops_near = around(tops.cells(), levels[0].0.count, NEAR);
+        Grass { tips, levels, top_m, tops_near, extinction_per_m, bare }
     }
 
     pub(super) fn is_bare(&self) -> bool {
@@ -66,7 +74,7 @@ impl Grass {
     /// Adds the stretches of the beam below the blades' tips, from its begin to `end_m`, which is not under the soil.
     /// The way beyond the stretch that uses the beam's depth up is not looked at.
     pub(super) fn spans(&self, ray: &Ray, end_m: f64, spans: &mut Vec<Span>) {
-        if self.bare {
+        if self.bare || self.rises_above(ray) {
             return;
         }
         let way = below(ray.origin.z - self.top_m, ray.direction.z, ray.range_m_min, end_m)
@@ -76,6 +84,22 @@ impl Grass {
             let mut depth = ray.depth;
             let _ = self.over_squares::<0>(ray, &inverse, begin, end, &mut depth, spans);
         }
+    }
+
+    /// Whether a beam does not sink and has left the height of the tips nearby behind, and of all tips before it gets
+    /// farther away: half of a lidar's beams.
+    #[inline]
+    fn rises_above(&self, ray: &Ray) -> bool {
+        let rise = ray.direction.z;
+        let coarse = &self.levels[0].0;
+        let square = [0, 1].map(|axis| (ray.origin[axis] - coarse.low[axis]) / coarse.step);
+        let inside = (0..2).all(|axis| square[axis] >= 0.0 && square[axis] < coarse.count[axis] as f64);
+        // From wherever in its square, it is as far as this to squares that are not near.
+        let near_m = NEAR as f64 * coarse.step;
+        inside
+            && rise >= 0.0
+            && ray.origin.z + rise * near_m > self.top_m
+            && ray.origin.z > self.tops_near[square[1] as usize * coarse.count[0] + square[0] as usize]
     }
 
     /// Squares of [`SIDES`] cells of a level, and what is below their highest tip on the next.
@@ -174,6 +198,24 @@ impl Grass {
             }
         }
     }
+}
+
+/// The highest of the values that are no more than so many columns and rows away.
+fn around(values: &[f64], [columns, rows]: [usize; 2], reach: usize) -> Vec<f64> {
+    let top = |values: &[f64], places: &mut dyn Iterator<Item = usize>| {
+        places.map(|place| values[place]).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let near = |place: usize, count: usize| place.saturating_sub(reach)..(place + reach + 1).min(count);
+    let along = |place: usize| {
+        let (column, row) = (place % columns, place / columns);
+        top(values, &mut near(column, columns).map(|column| row * columns + column))
+    };
+    let along: Vec<f64> = (0..values.len()).map(along).collect();
+    let across = |place: usize| {
+        let (column, row) = (place % columns, place / columns);
+        top(&along, &mut near(row, rows).map(|row| row * columns + column))
+    };
+    (0..values.len()).map(across).collect()
 }
 
 impl Lid {

@@ -34,7 +34,7 @@ use body::Body;
 pub(crate) use body::Stance;
 use cast::Scratch;
 use footprint::{SubRay, footprint};
-use nalgebra::{Point3, UnitQuaternion};
+use nalgebra::{Matrix3, Point3, UnitQuaternion};
 use rayon::prelude::*;
 use schedule::Schedule;
 use std::ops::Range;
@@ -46,6 +46,8 @@ pub(crate) struct Lidar {
     wire: Wire,
     period: Span,
     base_from_lidar: Pose,
+    /// Its turn, as a matrix.
+    base_turned: Matrix3<f64>,
     schedule: Schedule,
     beams: Vec<Beam>,
     footprint: Vec<SubRay>,
@@ -81,6 +83,8 @@ struct Beam {
     /// How far the beam points clockwise of the head's bearing at the begin of the cycle: sine and cosine.
     lag: (f64, f64),
     height_m: f64,
+    /// Where it leaves a lidar whose beams start on its axis, base frame.
+    exit_in_base: Point3<f64>,
     fires_after: Span,
     ring: u16,
     /// Whether it can meet the robot's own body.
@@ -117,6 +121,7 @@ impl Lidar {
             wire,
             period,
             base_from_lidar,
+            base_turned: base_from_lidar.rotation.to_rotation_matrix().into_inner(),
             schedule,
             beams,
             body,
@@ -222,7 +227,7 @@ impl Lidar {
         for number in 0..scratch.shots.len() {
             let shot = &scratch.shots[number];
             let place = (shot.cycle - cycles.start) as usize * self.beams.len() + shot.beam;
-            self.answer(number, scratch, &mut answers[place]);
+            answers[place] = self.answer(number, scratch);
         }
     }
 }
@@ -246,6 +251,7 @@ fn beams_of(model: &LidarModel, base_from_lidar: &Pose, body: &Body, schedule: &
                 azimuth_rad: beams.azimuth_deg[beam].to_radians(),
                 lag: (beams.azimuth_deg[beam].to_radians() + schedule.lag_rad(fires_after)).sin_cos(),
                 height_m: beams.height_m[beam],
+                exit_in_base: base_from_lidar * Point3::new(0.0, 0.0, beams.height_m[beam]),
                 fires_after,
                 near_body: body.is_near(
                     &(base_from_lidar * Point3::new(0.0, 0.0, beams.height_m[beam])),

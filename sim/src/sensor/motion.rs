@@ -2,7 +2,7 @@
 
 use crate::sensor::lidar::Stance;
 use arborloop_base::{Pose, Span, Time};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 
 /// Poses of the base at consecutive ticks.
@@ -73,12 +73,81 @@ impl Motion {
 
     /// The tick that holds an instant, and how far into it the instant is, in [0, 1]; the nearest kept one outside.
     pub(crate) fn moment(&self, stamp: Time) -> (Moment<'_>, f64) {
-        let after = (stamp - self.first).nanos().clamp(0, self.tick.nanos() * (self.poses.len() as i64 - 1));
+        let after = self.after(stamp);
         let index = (after / self.tick.nanos()) as usize;
         let share = (after % self.tick.nanos()) as f64 / self.tick.nanos() as f64;
         let before = &self.poses[index];
         let step = self.steps.get(index).copied().unwrap_or_default();
         (Moment { before, step }, share)
+    }
+
+    /// The tick that holds an instant; the nearest kept one outside.
+    pub(crate) fn stretch(&self, stamp: Time) -> Stretch {
+        let index = self.after(stamp) / self.tick.nanos();
+        let before = &self.poses[index as usize];
+        Stretch {
+            from: self.first + self.tick * index,
+            tick: self.tick,
+            origin: before.translation.vector,
+            turned: before.rotation.to_rotation_matrix().into_inner(),
+            step: self.steps.get(index as usize).copied().unwrap_or_default(),
+        }
+    }
+
+    /// Nanoseconds from the first kept pose to an instant, which is moved to where poses are kept.
+    fn after(&self, stamp: Time) -> i64 {
+        (stamp - self.first).nanos().clamp(0, self.tick.nanos() * (self.poses.len() as i64 - 1))
+    }
+}
+
+/// A tick of motion made ready to be asked many times.
+pub(crate) struct Stretch {
+    from: Time,
+    tick: Span,
+    origin: Vector3<f64>,
+    turned: Matrix3<f64>,
+    step: Step,
+}
+
+/// The base at one instant of a stretch.
+pub(crate) struct At<'a> {
+    turned: &'a Matrix3<f64>,
+    origin: Vector3<f64>,
+    /// The turn since the stretch began, base frame.
+    since: Quaternion<f64>,
+}
+
+impl Stretch {
+    /// Whether an instant is in this tick.
+    pub(crate) fn holds(&self, stamp: Time) -> bool {
+        self.from <= stamp && stamp < self.from + self.tick
+    }
+
+    /// The base at an instant of this tick, at its nearer end outside.
+    pub(crate) fn at(&self, stamp: Time) -> At<'_> {
+        let after = (stamp - self.from).nanos().clamp(0, self.tick.nanos());
+        let share = after as f64 / self.tick.nanos() as f64;
+        At {
+            turned: &self.turned,
+            origin: self.origin + self.step.shift * share,
+            since: rotation_by(self.step.turn * share).into_inner(),
+        }
+    }
+}
+
+impl At<'_> {
+    /// A direction of the base frame, world frame.
+    #[inline(always)]
+    pub(crate) fn vector(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        let axis = self.since.imag();
+        let across = axis.cross(vector) * 2.0;
+        self.turned * (vector + across * self.since.w + axis.cross(&across))
+    }
+
+    /// A point of the base frame, world frame.
+    #[inline(always)]
+    pub(crate) fn point(&self, point: &Point3<f64>) -> Point3<f64> {
+        Point3::from(self.origin + self.vector(&point.coords))
     }
 }
 
@@ -144,6 +213,29 @@ mod tests {
             let turn = Vector3::from_fn(|_, _| draws.normal()) * 0.1_f64.powi(power);
             let wanted = UnitQuaternion::from_scaled_axis(turn);
             assert!((rotation_by(turn).coords - wanted.coords).norm() < 4.0 * f64::EPSILON);
+        }
+    }
+
+    #[test]
+    fn a_stretch_says_what_the_poses_say() {
+        let tick = Span::from_millis(1);
+        let mut draws = arborloop_base::Seed(4).stream("stretch").at(0);
+        let mut pose = || {
+            let turn = Vector3::from_fn(|_, _| 0.02 * draws.normal());
+            Pose::from_parts(Vector3::from_fn(|_, _| draws.normal()).into(), UnitQuaternion::new(turn))
+        };
+        let mut motion = Motion::new(Time::from_nanos(0), pose(), tick, Span::from_millis(10));
+        (1..10).for_each(|_| motion.push(pose()));
+        let inside = nalgebra::Point3::new(0.3, -0.2, 0.5);
+        for nanos in [-5, 0, 1, 999_999, 1_000_000, 4_300_000, 8_999_999, 9_000_000, 20_000_000] {
+            let stamp = Time::from_nanos(nanos);
+            let (moment, share) = motion.moment(stamp);
+            let (stretch, pose) = (motion.stretch(stamp), moment.pose(share));
+            assert!((stretch.at(stamp).point(&inside) - pose * inside).norm() < 1e-14, "{nanos}");
+            assert!(
+                (stretch.at(stamp).vector(&inside.coords) - pose * inside.coords).norm() < 1e-14,
+                "{nanos}"
+            );
         }
     }
 }

@@ -51,21 +51,34 @@ const SECOND: u64 = 3000;
 
 impl Lidar {
     /// Joins what a shot met to echoes and reports them.
-    pub(super) fn answer(&self, number: usize, scratch: &mut Scratch, answer: &mut Answer) {
+    pub(super) fn answer(&self, number: usize, scratch: &mut Scratch) -> Answer {
         let Scratch { shots, surfaces, echoes, .. } = scratch;
-        let shot = &shots[number];
-        *answer = Answer::NONE;
-        let given = &mut answer.given;
-        echo::form(&mut surfaces[number], self.spec.model.pulse.length_m, self.width_rad, echoes);
-        let chosen = self.choose(echoes);
-        for (number, index) in chosen.into_iter().flatten().enumerate() {
-            let echo = &echoes[index];
-            let along_m = self.measure(shot, echo, number);
-            let intensity = byte(echo.brightness);
-            given[number] = along_m.map(|_| Given { along_m, intensity, label: echo.label });
+        let (shot, surfaces) = (&shots[number], &mut surfaces[number]);
+        let given = match surfaces.as_mut_slice() {
+            [] => [None; 2],
+            // Whichever echoes are chosen, a lone one is.
+            [only] => {
+                let echo = echo::alone(only);
+                let seen = self.sees(&echo).is_ok();
+                let given = if seen { self.given(shot, &echo, 0) } else { None };
+                [given.or(Some(Given::miss(echo.label))), None]
+            }
+            several => {
+                echo::form(several, self.spec.model.pulse.length_m, self.width_rad, echoes);
+                self.choice_of(shot, echoes)
+            }
+        };
+        Answer { dropped: false, given: [given[0].or(Some(Given::MISS)), given[1]] }
+    }
+
+    /// What is reported of several echoes.
+    fn choice_of(&self, shot: &Shot, echoes: &[Echo]) -> [Option<Given>; 2] {
+        let mut given = [None; 2];
+        for (number, index) in self.choose(echoes).into_iter().flatten().enumerate() {
+            given[number] = self.given(shot, &echoes[index], number);
         }
         // Noise may change places; two ranges that the wire cannot tell apart are one return.
-        if let [Some(near), Some(far)] = &*given {
+        if let [Some(near), Some(far)] = &given {
             let range_m =
                 |one: &Given| one.along_m.and_then(|along_m| self.point(shot, along_m, 0.0).range_m);
             let step_m = self.spec.model.range.range_step_m.max(0.002);
@@ -80,9 +93,15 @@ impl Lidar {
             given.swap(0, 1);
         }
         if given[0].is_none() {
-            let label = strongest(echoes).map_or(Label::MISS, |index| echoes[index].label);
-            given[0] = Some(Given::miss(label));
+            given[0] = strongest(echoes).map(|index| Given::miss(echoes[index].label));
         }
+        given
+    }
+
+    /// An echo as measured; `None` where it gets lost. `number` counts the returns of the firing.
+    fn given(&self, shot: &Shot, echo: &Echo, number: usize) -> Option<Given> {
+        let along_m = self.measure(shot, echo, number)?;
+        Some(Given { along_m: Some(along_m), intensity: byte(echo.brightness), label: echo.label })
     }
 
     /// Whether the sensor sees an echo at all.
@@ -191,5 +210,8 @@ fn strongest(echoes: &[Echo]) -> Option<usize> {
 
 /// The sensor's calibrated byte (VLP-16 manual p. 32): 0-100 for diffuse reflectors, 101-255 for retro-reflectors.
 fn byte(brightness: f64) -> f32 {
-    (100.0 * brightness).round().clamp(1.0, 255.0) as f32
+    let wanted = (100.0 * brightness).clamp(1.0, 255.0);
+    // Halves away from zero, as `round` says, which is a call where old processors are served too.
+    let whole = wanted as u8;
+    f32::from(whole) + if wanted - f64::from(whole) >= 0.5 { 1.0 } else { 0.0 }
 }

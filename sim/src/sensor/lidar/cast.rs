@@ -2,6 +2,7 @@
 
 use super::{Beam, Lidar, Surroundings};
 use crate::optics::{Hit, Ray};
+use crate::sensor::motion::Stretch;
 use arborloop_base::{Draws, Time};
 use nalgebra::{Point3, Vector3};
 use std::ops::Range;
@@ -76,11 +77,15 @@ impl Lidar {
         let bearing_rad = |cycle: i64| self.schedule.bearing_rad(cycle, self.schedule.start(cycle));
         scratch.bearings.clear();
         scratch.bearings.extend(cycles.clone().map(|cycle| bearing_rad(cycle).sin_cos()));
+        let mut stretch = around.motion.stretch(self.schedule.start(cycles.start));
         for beam in 0..self.beams.len() {
             let first = scratch.shots.len();
             for (number, cycle) in cycles.clone().enumerate() {
                 let shot = self.shot(cycle, beam);
-                self.aim(shot, number, around, scratch);
+                if !stretch.holds(shot.stamp) {
+                    stretch = around.motion.stretch(shot.stamp);
+                }
+                self.aim(shot, number, &stretch, around, scratch);
             }
             // The middle rays of this laser stand first; the rings of the footprint follow, ray by ray.
             let shots = first..scratch.shots.len();
@@ -113,26 +118,34 @@ impl Lidar {
     }
 
     /// `number` is the cycle's in the block.
-    fn aim(&self, mut shot: Shot, number: usize, around: Surroundings<'_>, scratch: &mut Scratch) {
+    fn aim(
+        &self,
+        mut shot: Shot,
+        number: usize,
+        stretch: &Stretch,
+        around: Surroundings<'_>,
+        scratch: &mut Scratch,
+    ) {
         let beam = &self.beams[shot.beam];
         // The bearing less the beam's lag.
         let ((sin, cos), (sin_lag, cos_lag)) = (scratch.bearings[number], beam.lag);
         let (sin_azimuth, cos_azimuth) = (sin * cos_lag - cos * sin_lag, cos * cos_lag + sin * sin_lag);
-        let (moment, share) = around.motion.moment(shot.stamp);
-        let world_from_lidar = moment.pose(share) * self.base_from_lidar;
-        let (exit, along) =
-            (self.exit(&shot), Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin));
+        let along = self.base_turned * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin);
+        let exit = match self.spec.model.beams.radius_m {
+            0.0 => beam.exit_in_base,
+            _ => self.base_from_lidar * self.exit(&shot),
+        };
+        let world_from_base = stretch.at(shot.stamp);
         let mut ray = Ray {
             stamp: shot.stamp,
-            origin: world_from_lidar * exit,
-            direction: world_from_lidar * along,
+            origin: world_from_base.point(&exit),
+            direction: world_from_base.vector(&along),
             range_m_min: 0.0,
             range_m_max: self.spec.range_m_max,
             depth: shot.draws.exponential(),
         };
         let body = if beam.near_body {
-            let (origin, direction) = (self.base_from_lidar * exit, self.base_from_lidar * along);
-            self.body.cast(&origin, &direction, around.motion.stance(shot.stamp))
+            self.body.cast(&exit, &along, around.motion.stance(shot.stamp))
         } else {
             None
         };

@@ -58,14 +58,19 @@ pub(super) fn form(surfaces: &mut [Surface], length_m: f64, width_rad: f64, echo
     }
 }
 
+/// The echo of a surface that nothing is near.
+pub(super) fn alone(surface: &Surface) -> Echo {
+    Echo {
+        range_m: surface.hit.range_m,
+        energy: energy(surface),
+        brightness: surface.share * brightness(&surface.hit),
+        label: label_of(&surface.hit),
+    }
+}
+
 fn join(members: &[Surface], width_rad: f64) -> Echo {
     if let [only] = members {
-        return Echo {
-            range_m: only.hit.range_m,
-            energy: energy(only),
-            brightness: only.share * brightness(&only.hit),
-            label: label_of(&only.hit),
-        };
+        return alone(only);
     }
     let sum = |of: fn(&Surface) -> f64| members.iter().map(of).sum::<f64>();
     let total = sum(energy);
