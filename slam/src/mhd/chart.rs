@@ -269,4 +269,21 @@ mod tests {
         assert_eq!(cell(2.05, 1.05), Cell::Unknown);
         assert_eq!(Chart::new(0.1, 1).drawing(0, 1), None);
     }
+
+    #[test]
+    fn what_is_met_from_afar_is_matched_with_and_drawn_once_it_is_met_from_near_by() {
+        let mut chart = Chart::new(0.1, 1);
+        let far = CLEARING_M_MAX + 3.0;
+        let drawn = |chart: &Chart| {
+            let grid = chart.drawing(0, 1).unwrap();
+            let (column, row) = grid.index_of(&Point2::new(far, 0.05)).unwrap();
+            *grid.get(column, row).unwrap()
+        };
+        chart.draw(&STILL, &[at(far, 0.05), at(2.0, 0.05)], &[]);
+        assert_eq!(drawn(&chart), Cell::Unknown);
+        assert!(chart.take_changes().iter().any(|(_, cell)| cell.0 == (far / 0.1) as i32));
+        let beside = Motion { pose: Vector3::new(10.0, 0.0, 0.0), ..STILL };
+        chart.draw(&beside, &[at(far - 10.0, 0.05)], &[]);
+        assert_eq!(drawn(&chart), Cell::Occupied);
+    }
 }

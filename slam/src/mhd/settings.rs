@@ -19,7 +19,7 @@ pub struct MhdSettings {
     pub segment_m_max: f64,
     /// Heights above ground where the layers of a many-ring sweep meet, meters, rising. Each layer has its own map,
     /// because a cone or a crown has another outline at another height: thin layers where cones and trunks stand. Crowns
-    /// above them sway and show another face from everywhere: with them headings drift three times as fast.
+    /// above them sway and show another face from everywhere.
     pub layer_edges_m: Vec<f64>,
     /// Heights above ground between which the drawn map shows what is occupied, meters.
     pub map_height_m: [f64; 2],
