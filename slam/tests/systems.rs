@@ -8,7 +8,7 @@ use arborloop_base::{
 };
 use arborloop_slam::{NAMES, Rig, build_default};
 use grove::{Grove, beam};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Point2, Vector3};
 use proptest::prelude::*;
 
 const SYSTEMS: [&str; 2] = ["mhd", "mhd-paper"];
@@ -91,6 +91,32 @@ fn noisy_walk(seed: u64) -> (Vec<Sweep>, Vec<Pose2>) {
         (sweep, walk((end_s - 0.1).max(0.0)))
     };
     (1..80).map(sweep_at).unzip()
+}
+
+/// Two rows of trunks of twelve centimeters, three meters apart, walked between from end to end.
+#[test]
+fn between_rows_of_trunks_mhd_finds_the_way_as_long_as_it_is() {
+    let trunk = |n: u32| {
+        let side_m = if n.is_multiple_of(2) { 1.6 } else { -1.8 };
+        (Point2::new(1.5 * f64::from(n) - 6.0 + 0.4 * f64::from(n % 5), side_m), 0.06)
+    };
+    let avenue = Grove((0..30).map(trunk).collect());
+    let (noise, pace_mps, sweeps) = (Seed(5).stream("range"), 0.8, 250);
+    let place = |seconds: f64| pose2(pace_mps * seconds.max(0.0), 0.0, 0.0);
+    let sweep_at = |n: u32| {
+        let end_s = 0.1 * f64::from(n);
+        let mut sweep = avenue.sweep(|after_s| place(end_s - 1.1 + after_s), at(end_s));
+        let mut draws = noise.at(n.into());
+        for range_m in sweep.returns.iter_mut().filter_map(|one| one.range_m.as_mut()) {
+            *range_m += 0.02 * draws.normal();
+        }
+        sweep
+    };
+    let estimates = run("mhd", (1..=sweeps).map(sweep_at));
+    let way_m = place(0.1 * f64::from(sweeps) - 1.0).translation.vector.x;
+    let found_m = estimates.last().unwrap().map_from_base.translation.vector.x;
+    let off = found_m / way_m - 1.0;
+    assert!(off.abs() < 0.002, "{found_m} m of {way_m}: {:.2} %", 100.0 * off);
 }
 
 #[test]
