@@ -30,8 +30,13 @@ impl Twist {
 }
 
 /// The angle brought into (-pi, pi].
+#[inline]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     let turn = std::f64::consts::TAU;
+    // Most angles are in the turn already.
+    if angle_rad.abs() < std::f64::consts::PI {
+        return angle_rad;
+    }
     let wrapped = angle_rad - turn * (angle_rad / turn).round();
     if wrapped <= -std::f64::consts::PI { wrapped + turn } else { wrapped }
 }

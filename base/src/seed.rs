@@ -2,7 +2,7 @@
 //!
 //! Adding a sensor moves no other sensor's noise, and rays may be cast in any order on any number of threads.
 
-use rand::{Rng, RngExt, SeedableRng};
+use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 
@@ -31,16 +31,15 @@ impl Seed {
 
 impl Stream {
     /// The draws at one index of this stream.
+    #[inline]
     pub fn at(self, index: u64) -> Draws {
         let low = mix(self.0 ^ mix(index.wrapping_add(0x9e37_79b9_7f4a_7c15)));
         let high = mix(low ^ 0xd1b5_4a32_d192_ed03);
-        let mut state = [0_u8; 16];
-        state[..8].copy_from_slice(&low.to_le_bytes());
-        state[8..].copy_from_slice(&high.to_le_bytes());
-        Draws(Pcg64Mcg::from_seed(state))
+        Draws(Pcg64Mcg::new(u128::from(low) | u128::from(high) << 64))
     }
 
     /// A stream below this one, for instance one per tree.
+    #[inline]
     pub fn child(self, index: u64) -> Stream {
         Stream(mix(self.0.rotate_left(17) ^ mix(index ^ 0xa076_1d64_78bd_642f)))
     }
@@ -48,6 +47,7 @@ impl Stream {
 
 impl Draws {
     /// Uniform in [0, 1).
+    #[inline]
     pub fn unit(&mut self) -> f64 {
         self.0.random::<f64>()
     }
@@ -58,16 +58,19 @@ impl Draws {
     }
 
     /// From the normal law of mean 0 and standard deviation 1.
+    #[inline]
     pub fn normal(&mut self) -> f64 {
         StandardNormal.sample(&mut self.0)
     }
 
     /// From the exponential law of mean 1.
+    #[inline]
     pub fn exponential(&mut self) -> f64 {
         -(1.0 - self.unit()).ln()
     }
 
     /// True with the given probability.
+    #[inline]
     pub fn chance(&mut self, probability: f64) -> bool {
         self.unit() < probability
     }
@@ -79,6 +82,7 @@ impl Draws {
 }
 
 /// The SplitMix64 finalizer (Steele, Lea and Flood 2014): a bijection whose every output bit depends on every input bit.
+#[inline]
 const fn mix(mut z: u64) -> u64 {
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

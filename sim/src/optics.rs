@@ -9,6 +9,7 @@ mod cells;
 mod exact;
 mod grass;
 mod haze;
+mod lids;
 mod soil;
 mod surface;
 mod trace;
@@ -16,6 +17,7 @@ mod turbid;
 
 use arborloop_base::{Class, Time};
 use arborloop_worlds::World;
+use grass::GROUP;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use soil::Soil;
@@ -118,6 +120,11 @@ impl Optics {
         });
     }
 
+    /// Casts of one thread, one after the other; hits are those of [`Optics::cast_all`].
+    pub(crate) fn caster(&self) -> Caster<'_> {
+        Caster { optics: self, scratch: Some(self.take()) }
+    }
+
     /// What the tracer alone says of each ray: the surface and a distance in single precision, without the exact hit, and
     /// without grass and haze. What other ray casters answer, and so what is held against them.
     pub fn find_all(&self, rays: &[Ray], found: &mut Vec<Option<Found>>) {
@@ -144,9 +151,9 @@ impl Optics {
     pub fn bytes(&self) -> usize {
         let leaves: usize = self.world.prototypes.iter().map(|one| size_of_val(one.leaves.as_slice())).sum();
         let plants = size_of_val(self.world.plants.as_slice()) + size_of_val(self.world.solids.as_slice());
-        // The soil twice, blades, and the blades' tips.
-        let heights = 4 * size_of_val(self.world.terrain.grid().cells());
-        self.scene.bytes() + leaves + plants + heights
+        // The soil twice, and blades.
+        let heights = 3 * size_of_val(self.world.terrain.grid().cells());
+        self.scene.bytes() + leaves + plants + heights + self.turbid.bytes()
     }
 
     fn take(&self) -> Scratch {
@@ -166,50 +173,48 @@ impl Optics {
         let Scratch { worker, found, spans } = scratch;
         let found = &mut found[..rays.len()];
         self.scene.trace(&self.world, rays, worker, found);
-        let (mut known, mut covered) = (None, false);
-        for ((ray, found), hit) in rays.iter().zip(found).zip(hits) {
-            // Rays of one packet often begin at one place; the soil is asked once.
-            if known != Some(ray.origin) || ray.range_m_min != 0.0 {
-                covered = self.soil.covers_start(ray);
-                known = (ray.range_m_min == 0.0).then_some(ray.origin);
-            }
-            *hit = if covered {
-                Some(self.inside_soil(ray))
-            } else {
-                let seen = |found: &Found| Seen {
-                    surface: self.scene.surface(found),
-                    range_m: f64::from(found.range_m),
+        let groups = rays.chunks(GROUP).zip(found.chunks(GROUP)).zip(hits.chunks_mut(GROUP));
+        for ((rays, found), hits) in groups {
+            let above = self.soil.covers_none(rays);
+            for ((ray, found), hit) in rays.iter().zip(found).zip(hits.iter_mut()) {
+                *hit = if !above && self.soil.covers_start(ray) {
+                    Some(self.inside_soil(ray))
+                } else {
+                    found.as_ref().and_then(|found| self.solid(ray, found, worker))
                 };
-                self.finish(ray, found.as_ref().map(seen).as_ref(), worker, spans)
-            };
+            }
+            if self.turbid.is_clear() {
+                continue;
+            }
+            let mut ends_m = [0.0; GROUP];
+            for ((ray, hit), end_m) in rays.iter().zip(hits.iter()).zip(&mut ends_m) {
+                *end_m = hit.map_or(ray.range_m_max, |hit| hit.range_m);
+            }
+            let begins = self.turbid.begins(rays, &ends_m);
+            for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+                let way = (begins[lane], ends_m[lane]);
+                if let Some(soft) = self.turbid.cast(&self.world, &self.scene, ray, way, spans, worker) {
+                    *hit = Some(soft);
+                }
+            }
         }
     }
 
-    fn finish(
-        &self,
-        ray: &Ray,
-        seen: Option<&Seen>,
-        worker: &mut Worker,
-        spans: &mut Vec<Span>,
-    ) -> Option<Hit> {
-        let solid = seen.and_then(|seen| match seen.surface {
+    /// The hit of what the tracer found.
+    fn solid(&self, ray: &Ray, found: &Found, worker: &mut Worker) -> Option<Hit> {
+        let seen = Seen { surface: self.scene.surface(found), range_m: f64::from(found.range_m) };
+        match seen.surface {
             Surface::Leaf { plant, .. } | Surface::Branch { plant, .. } => Some(if self.world.wind.blows() {
                 let moment = self.scene.swaying(&self.world, plant, ray.stamp, worker);
                 let map = moment.plant_from_world();
-                exact::on_plant(&self.world, &self.scene, plant, ray, seen, &map, Some(&moment))
+                exact::on_plant(&self.world, &self.scene, plant, ray, &seen, &map, Some(&moment))
             } else {
-                exact::on_plant(&self.world, &self.scene, plant, ray, seen, self.scene.at_rest(plant), None)
+                exact::on_plant(&self.world, &self.scene, plant, ray, &seen, self.scene.at_rest(plant), None)
             }),
             Surface::Soil { .. } | Surface::Solid { .. } => {
-                exact::on_fixed(&self.world, &self.soil, ray, seen)
+                exact::on_fixed(&self.world, &self.soil, ray, &seen)
             }
-        });
-        if self.turbid.is_clear() {
-            return solid;
         }
-        let end_m = solid.map_or(ray.range_m_max, |hit| hit.range_m);
-        let soft = self.turbid.cast(&self.world, &self.scene, ray, end_m, spans, worker);
-        soft.or(solid)
     }
 
     /// A beam that begins under the soil meets it where it begins.
@@ -222,6 +227,32 @@ impl Optics {
             reflectivity_ratio: self.world.terrain.reflectivity_ratio,
             transmittance_ratio: 0.0,
             displacement_m: Vector3::zeros(),
+        }
+    }
+}
+
+/// Casts rays on the thread that has it.
+pub(crate) struct Caster<'a> {
+    optics: &'a Optics,
+    /// `None` only once it is handed back.
+    scratch: Option<Scratch>,
+}
+
+impl Caster<'_> {
+    /// What each ray meets first, in the same order; see [`Optics::cast_all`] for which rays to put side by side.
+    pub(crate) fn cast(&mut self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        hits.resize(rays.len(), None);
+        let Some(scratch) = &mut self.scratch else { return };
+        for (rays, hits) in rays.chunks(BATCH).zip(hits.chunks_mut(BATCH)) {
+            self.optics.cast_batch(rays, hits, scratch);
+        }
+    }
+}
+
+impl Drop for Caster<'_> {
+    fn drop(&mut self) {
+        if let Some(scratch) = self.scratch.take() {
+            self.optics.give_back(scratch);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Which cells of a lattice a beam passes over, one after the other (Amanatides and Woo 1987).
 
 use super::Ray;
+use arborloop_base::Grid;
 use std::ops::ControlFlow;
 
 /// Square cells side by side on the ground.
@@ -17,14 +18,26 @@ pub(super) struct Cells {
 }
 
 impl Cells {
+    /// Squares of so many by so many cells of a lattice of nodes; the last ones may reach over its border.
+    pub(super) fn of(nodes: &Grid<f64>, side: usize) -> Self {
+        let (low, step) = (nodes.center_of(0, 0), nodes.resolution_m() * side as f64);
+        let count = [nodes.columns() - 1, nodes.rows() - 1].map(|cells| cells.div_ceil(side));
+        Cells { low: [low.x, low.y], step, cells_per_m: step.recip(), count }
+    }
+
+    /// Whether a beam is over the lattice at a distance.
+    #[inline]
+    fn is_over(&self, ray: &Ray, range_m: f64) -> bool {
+        (0..2).all(|axis| {
+            let off_m = ray.origin[axis] + ray.direction[axis] * range_m - self.low[axis];
+            0.0 <= off_m && off_m <= self.step * self.count[axis] as f64
+        })
+    }
+
     /// The part of a beam's stretch that is over the lattice.
     pub(super) fn within(&self, ray: &Ray, mut begin: f64, mut end: f64) -> Option<(f64, f64)> {
         // Most stretches lie over it whole: no division for them.
-        let is_over = |axis: usize, range_m: f64| {
-            let off_m = ray.origin[axis] + ray.direction[axis] * range_m - self.low[axis];
-            0.0 <= off_m && off_m <= self.step * self.count[axis] as f64
-        };
-        if begin < end && (0..2).all(|axis| is_over(axis, begin) && is_over(axis, end)) {
+        if begin < end && self.is_over(ray, begin) && self.is_over(ray, end) {
             return Some((begin, end));
         }
         for axis in 0..2 {
@@ -43,45 +56,52 @@ impl Cells {
         (begin < end && end.is_finite()).then_some((begin, end))
     }
 
-    /// Visits column and row of each cell that the beam is over between two distances, and the stretch over it, until
-    /// told to stop. `inverse` is one over the beam's direction along the lattice.
+    /// Visits column and row of each cell that the beam is over from somewhere in the first one on, and the stretch
+    /// over it, until `end` or until told to stop. Where borders are crossed does not depend on where it begins, to the bit,
+    /// but nothing before the beam's own stretch is visited.
     #[inline(always)]
     pub(super) fn pass(
         &self,
         ray: &Ray,
-        inverse: &[f64; 2],
         begin: f64,
         end: f64,
         mut visit: impl FnMut([usize; 2], f64, f64) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
-        let mut cell = [0_i64; 2];
+    ) {
+        let mut cell = [0_usize; 2];
+        let mut stride = [0_isize; 2];
+        // In cells: the border ahead, and how it moves; then the distance at which it is crossed.
+        let (mut border, mut onward) = ([0.0; 2], [0.0; 2]);
         let mut next = [f64::INFINITY; 2];
-        let mut delta = [f64::INFINITY; 2];
-        let mut stride = [0_i64; 2];
+        let (mut from, mut inverse) = ([0.0; 2], [0.0; 2]);
+        let mut enter = ray.range_m_min;
         for axis in 0..2 {
-            let at_m = ray.origin[axis] + ray.direction[axis] * begin - self.low[axis];
-            // Toward zero: what is outside is clamped anyway.
-            cell[axis] = ((at_m * self.cells_per_m) as i64).clamp(0, self.count[axis] as i64 - 1);
-            let ahead = ray.direction[axis];
+            let ahead = ray.direction[axis] * self.cells_per_m;
+            from[axis] = (ray.origin[axis] - self.low[axis]) * self.cells_per_m;
+            // The cast goes toward zero and saturates: what is outside is the outermost cell.
+            cell[axis] = ((from[axis] + ahead * begin) as usize).min(self.count[axis] - 1);
             if ahead != 0.0 {
-                stride[axis] = if ahead > 0.0 { 1 } else { -1 };
-                delta[axis] = self.step * inverse[axis].abs();
-                let border_m = (cell[axis] + i64::from(ahead > 0.0)) as f64 * self.step;
-                next[axis] = begin + ((border_m - at_m) * inverse[axis]).max(0.0);
+                (stride[axis], onward[axis]) = if ahead > 0.0 { (1, 1.0) } else { (-1, -1.0) };
+                let behind = cell[axis] as f64 + if ahead > 0.0 { 0.0 } else { 1.0 };
+                inverse[axis] = ahead.recip();
+                border[axis] = behind + onward[axis];
+                enter = enter.max((behind - from[axis]) * inverse[axis]);
+                next[axis] = (border[axis] - from[axis]) * inverse[axis];
             }
         }
-        let mut enter = begin;
         while enter < end {
-            let leave = next[0].min(next[1]).min(end);
-            visit([cell[0] as usize, cell[1] as usize], enter, leave)?;
+            let near = if next[0] < next[1] { next[0] } else { next[1] };
+            let leave = if near < end { near } else { end };
+            if enter < leave && visit(cell, enter, leave).is_break() {
+                return;
+            }
             let axis = usize::from(next[1] < next[0]);
-            cell[axis] += stride[axis];
-            next[axis] += delta[axis];
-            if stride[axis] == 0 || !(0..self.count[axis] as i64).contains(&cell[axis]) {
-                break;
+            cell[axis] = cell[axis].wrapping_add_signed(stride[axis]);
+            if stride[axis] == 0 || cell[axis] >= self.count[axis] {
+                return;
             }
             enter = leave;
+            border[axis] += onward[axis];
+            next[axis] = (border[axis] - from[axis]) * inverse[axis];
         }
-        ControlFlow::Continue(())
     }
 }

@@ -46,12 +46,43 @@ pub(super) fn highest(nodes: &Grid<f64>, side: usize) -> Grid<f64> {
     tops
 }
 
+/// The highest of the values that are no more than so many columns and rows away.
+pub(super) fn around(values: &[f64], [columns, rows]: [usize; 2], reach: usize) -> Vec<f64> {
+    let top = |values: &[f64], places: &mut dyn Iterator<Item = usize>| {
+        places.map(|place| values[place]).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let near = |place: usize, count: usize| place.saturating_sub(reach)..(place + reach + 1).min(count);
+    let along = |place: usize| {
+        let (column, row) = (place % columns, place / columns);
+        top(values, &mut near(column, columns).map(|column| row * columns + column))
+    };
+    let along: Vec<f64> = (0..values.len()).map(along).collect();
+    let across = |place: usize| {
+        let (column, row) = (place % columns, place / columns);
+        top(&along, &mut near(row, rows).map(|row| row * columns + column))
+    };
+    (0..values.len()).map(across).collect()
+}
+
 impl Soil {
     pub(super) fn new(terrain: &Terrain) -> Self {
         let nodes = terrain.grid().clone();
         let first = nodes.center_of(0, 0);
         let cells_per_m = nodes.resolution_m().recip();
         Soil { tops: highest(&nodes, BLOCK), first: [first.x, first.y], cells_per_m, nodes }
+    }
+
+    /// Whether beams that start in one block of the soil certainly start above it.
+    pub(super) fn covers_none(&self, rays: &[Ray]) -> bool {
+        let Some(first) = rays.first() else { return true };
+        let block = self.cell_at(first.origin.x, first.origin.y).map(|cell| cell / BLOCK);
+        let top_m = self.tops.cells()[block[1] * self.tops.columns() + block[0]];
+        // Inside the block, measured in its sides.
+        let share = self.cells_per_m / BLOCK as f64;
+        let low = [0, 1].map(|axis| self.first[axis] * share + block[axis] as f64);
+        let inside = |ray: &Ray, axis: usize| (0.0..=1.0).contains(&(ray.origin[axis] * share - low[axis]));
+        rays.iter()
+            .all(|ray| ray.range_m_min == 0.0 && ray.origin.z > top_m && inside(ray, 0) && inside(ray, 1))
     }
 
     /// Whether the beam's stretch begins under the soil: it is then met where it begins.

@@ -1,7 +1,7 @@
 //! What stops a beam by chance along its way: grass and haze, by Beer and Lambert, from one budget of optical depth.
 
 use super::exact::LEAF_TRANSMITTANCE_RATIO;
-use super::grass::Grass;
+use super::grass::{GROUP, Grass};
 use super::haze;
 use super::trace::{Scene, Worker};
 use super::{Hit, Ray};
@@ -85,20 +85,34 @@ impl Turbid {
         self.grass.is_bare() && self.mist.is_empty()
     }
 
-    /// What stops the beam before `end_m`, if anything.
+    /// Memory, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        self.grass.bytes()
+    }
+
+    /// From where on each of some beams may be in grass before its `end_m`; see [`Grass::begins`].
+    pub(super) fn begins(&self, rays: &[Ray], ends_m: &[f64; GROUP]) -> [Option<f64>; GROUP] {
+        self.grass.begins(rays, ends_m)
+    }
+
+    /// What stops the beam before `end_m`, if anything; it may be in grass from `begin` on.
     pub(super) fn cast(
         &self,
         world: &World,
         scene: &Scene,
         ray: &Ray,
-        end_m: f64,
+        (begin, end_m): (Option<f64>, f64),
         spans: &mut Vec<Span>,
         worker: &mut Worker,
     ) -> Option<Hit> {
-        spans.clear();
-        self.grass.spans(ray, end_m, spans);
-        self.mist.spans(world, scene, ray, end_m, spans, worker);
-        let (range_m, medium) = stop(spans, ray.depth, end_m)?;
+        let (range_m, medium) = if self.mist.is_empty() {
+            (self.grass.stop(ray, begin?, end_m)?, Medium::Grass)
+        } else {
+            spans.clear();
+            begin.into_iter().for_each(|begin| self.grass.spans(ray, begin, end_m, spans));
+            self.mist.spans(world, scene, ray, end_m, spans, worker);
+            stop(spans, ray.depth, end_m)?
+        };
         // Blades and leaves of a medium lie at every angle: the mean cosine of a random one.
         let mut hit = Hit {
             range_m,

@@ -216,6 +216,7 @@ impl Lidar {
         self.scratch.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
     }
 
+    /// One beam after the other: what sixteen firings of it need stays in the fastest memory.
     fn fire_block(
         &self,
         cycles: Range<i64>,
@@ -223,11 +224,13 @@ impl Lidar {
         scratch: &mut Scratch,
         answers: &mut [Answer],
     ) {
-        self.cast(cycles.clone(), around, scratch);
-        for number in 0..scratch.shots.len() {
-            let shot = &scratch.shots[number];
-            let place = (shot.cycle - cycles.start) as usize * self.beams.len() + shot.beam;
-            answers[place] = self.answer(number, scratch);
+        let mut caster = around.optics.caster();
+        self.turn_head(&cycles, scratch);
+        for beam in 0..self.beams.len() {
+            self.cast(&cycles, beam, around, &mut caster, scratch);
+            for number in 0..scratch.shots.len() {
+                answers[number * self.beams.len() + beam] = self.answer(number, scratch);
+            }
         }
     }
 }

@@ -88,6 +88,7 @@ impl Motion {
         Stretch {
             from: self.first + self.tick * index,
             tick: self.tick,
+            share_per_ns: (self.tick.nanos() as f64).recip(),
             origin: before.translation.vector,
             turned: before.rotation.to_rotation_matrix().into_inner(),
             step: self.steps.get(index as usize).copied().unwrap_or_default(),
@@ -104,6 +105,7 @@ impl Motion {
 pub(crate) struct Stretch {
     from: Time,
     tick: Span,
+    share_per_ns: f64,
     origin: Vector3<f64>,
     turned: Matrix3<f64>,
     step: Step,
@@ -119,14 +121,16 @@ pub(crate) struct At<'a> {
 
 impl Stretch {
     /// Whether an instant is in this tick.
+    #[inline(always)]
     pub(crate) fn holds(&self, stamp: Time) -> bool {
         self.from <= stamp && stamp < self.from + self.tick
     }
 
     /// The base at an instant of this tick, at its nearer end outside.
+    #[inline(always)]
     pub(crate) fn at(&self, stamp: Time) -> At<'_> {
         let after = (stamp - self.from).nanos().clamp(0, self.tick.nanos());
-        let share = after as f64 / self.tick.nanos() as f64;
+        let share = after as f64 * self.share_per_ns;
         At {
             turned: &self.turned,
             origin: self.origin + self.step.shift * share,
@@ -175,14 +179,16 @@ impl Moment<'_> {
 const SMALL: f64 = 1e-4;
 
 /// `UnitQuaternion::from_scaled_axis`, for small turns without root, sine and cosine.
+#[inline(always)]
 fn rotation_by(turn: Vector3<f64>) -> UnitQuaternion<f64> {
-    let half = turn / 2.0;
+    let half = turn * 0.5;
     let square = half.norm_squared();
     if square > SMALL {
         return UnitQuaternion::from_scaled_axis(turn);
     }
-    let cos = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0));
-    let sin_share = 1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0));
+    let cos = 1.0 - square * 0.5 * (1.0 - square * (1.0 / 12.0) * (1.0 - square * (1.0 / 30.0)));
+    let sin_share =
+        1.0 - square * (1.0 / 6.0) * (1.0 - square * (1.0 / 20.0) * (1.0 - square * (1.0 / 42.0)));
     UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, half * sin_share))
 }
 

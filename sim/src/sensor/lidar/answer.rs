@@ -51,24 +51,26 @@ const SECOND: u64 = 3000;
 
 impl Lidar {
     /// Joins what a shot met to echoes and reports them.
+    #[inline(always)]
     pub(super) fn answer(&self, number: usize, scratch: &mut Scratch) -> Answer {
         let Scratch { shots, surfaces, echoes, .. } = scratch;
         let (shot, surfaces) = (&shots[number], &mut surfaces[number]);
         let given = match surfaces.as_mut_slice() {
-            [] => [None; 2],
+            [] => [Some(Given::MISS), None],
             // Whichever echoes are chosen, a lone one is.
             [only] => {
                 let echo = echo::alone(only);
-                let seen = self.sees(&echo).is_ok();
-                let given = if seen { self.given(shot, &echo, 0) } else { None };
-                [given.or(Some(Given::miss(echo.label))), None]
+                let along_m = if self.sees(&echo).is_ok() { self.measure(shot, &echo, 0) } else { None };
+                let intensity = if along_m.is_some() { byte(echo.brightness) } else { 0.0 };
+                [Some(Given { along_m, intensity, label: echo.label }), None]
             }
             several => {
                 echo::form(several, self.spec.model.pulse.length_m, self.width_rad, echoes);
-                self.choice_of(shot, echoes)
+                let given = self.choice_of(shot, echoes);
+                [given[0].or(Some(Given::MISS)), given[1]]
             }
         };
-        Answer { dropped: false, given: [given[0].or(Some(Given::MISS)), given[1]] }
+        Answer { dropped: false, given }
     }
 
     /// What is reported of several echoes.
@@ -105,6 +107,7 @@ impl Lidar {
     }
 
     /// Whether the sensor sees an echo at all.
+    #[inline(always)]
     pub(super) fn sees(&self, echo: &Echo) -> Result<(), Fate> {
         if echo.range_m < self.spec.range_m_min {
             return Err(Fate::TooNear);
@@ -139,6 +142,7 @@ impl Lidar {
 
     /// The range along the beam as the sensor measures it, meters; `None` where it gets lost. `number` counts the
     /// returns of the firing.
+    #[inline(always)]
     pub(super) fn measure(&self, shot: &Shot, echo: &Echo, number: usize) -> Option<f64> {
         let mut draws: Draws =
             if number == 0 { shot.draws.clone() } else { self.noise.child(SECOND).at(shot.index) };
@@ -152,6 +156,7 @@ impl Lidar {
 
     /// Standard deviation of an echo's range, meters: its square grows with the inverse of the energy, as photons count,
     /// up to the weak noise where the echo is just seen.
+    #[inline(always)]
     pub(super) fn noise_m(&self, echo: &Echo) -> f64 {
         let weak = self.spec.weak_noise_ratio;
         if weak == 1.0 {

@@ -1,7 +1,7 @@
-//! Rays of a block of firing cycles: what the footprint of every firing meets, and what lies behind leaves.
+//! Rays of one beam in a block of firing cycles: what the footprint of every firing meets, and what lies behind leaves.
 
 use super::{Beam, Lidar, Surroundings};
-use crate::optics::{Hit, Ray};
+use crate::optics::{Caster, Hit, Ray};
 use crate::sensor::motion::Stretch;
 use arborloop_base::{Draws, Time};
 use nalgebra::{Point3, Vector3};
@@ -66,39 +66,47 @@ struct Owner {
 }
 
 impl Lidar {
-    /// Fills the scratch with the shots of these cycles, laser by laser, and with what they met.
+    /// Where the head looks at the begin of each of these cycles.
+    pub(super) fn turn_head(&self, cycles: &Range<i64>, scratch: &mut Scratch) {
+        let bearing_rad = |cycle: i64| self.schedule.bearing_rad(cycle, self.schedule.start(cycle));
+        scratch.bearings.clear();
+        scratch.bearings.extend(cycles.clone().map(|cycle| bearing_rad(cycle).sin_cos()));
+    }
+
+    /// Fills the scratch with a beam's shots in these cycles, for which the head was turned, and with what they met.
     ///
     /// Rays that follow each other look alike: the same ray of the footprint over the azimuths of one laser.
-    pub(super) fn cast(&self, cycles: Range<i64>, around: Surroundings<'_>, scratch: &mut Scratch) {
+    pub(super) fn cast(
+        &self,
+        cycles: &Range<i64>,
+        beam: usize,
+        around: Surroundings<'_>,
+        caster: &mut Caster<'_>,
+        scratch: &mut Scratch,
+    ) {
         scratch.shots.clear();
         scratch.rays.clear();
         scratch.bodies.clear();
         scratch.owners.clear();
-        let bearing_rad = |cycle: i64| self.schedule.bearing_rad(cycle, self.schedule.start(cycle));
-        scratch.bearings.clear();
-        scratch.bearings.extend(cycles.clone().map(|cycle| bearing_rad(cycle).sin_cos()));
         let mut stretch = around.motion.stretch(self.schedule.start(cycles.start));
-        for beam in 0..self.beams.len() {
-            let first = scratch.shots.len();
-            for (number, cycle) in cycles.clone().enumerate() {
-                let shot = self.shot(cycle, beam);
-                if !stretch.holds(shot.stamp) {
-                    stretch = around.motion.stretch(shot.stamp);
-                }
-                self.aim(shot, number, &stretch, around, scratch);
+        for (number, cycle) in cycles.clone().enumerate() {
+            let shot = self.shot(cycle, beam);
+            if !stretch.holds(shot.stamp) {
+                stretch = around.motion.stretch(shot.stamp);
             }
-            // The middle rays of this laser stand first; the rings of the footprint follow, ray by ray.
-            let shots = first..scratch.shots.len();
-            self.widen(shots, around, scratch);
+            self.aim(shot, number, &stretch, around, scratch);
         }
+        // The middle rays stand first; the rings of the footprint follow, ray by ray.
+        self.widen(around, scratch);
         let shots = scratch.shots.len();
         if scratch.surfaces.len() < shots {
             scratch.surfaces.resize_with(shots, Vec::new);
         }
         scratch.surfaces[..shots].iter_mut().for_each(Vec::clear);
-        self.follow(around, scratch);
+        self.follow(caster, scratch);
     }
 
+    #[inline(always)]
     pub(super) fn shot(&self, cycle: i64, beam: usize) -> Shot {
         let stamp = self.schedule.start(cycle) + self.beams[beam].fires_after;
         // Sixteen lasers a cycle keep the address that recordings were made with.
@@ -108,24 +116,30 @@ impl Lidar {
     }
 
     /// Bearing of the head at a shot, radians, not wrapped.
+    #[inline(always)]
     fn bearing_rad(&self, shot: &Shot) -> f64 {
         self.schedule.bearing_rad(shot.cycle, shot.stamp)
     }
 
     /// Bearing of the beam, radians, not wrapped.
+    #[inline(always)]
     pub(super) fn azimuth_rad(&self, shot: &Shot) -> f64 {
         self.bearing_rad(shot) - self.beams[shot.beam].azimuth_rad
     }
 
     /// `number` is the cycle's in the block.
+    #[inline(always)]
     fn aim(
         &self,
-        mut shot: Shot,
+        shot: Shot,
         number: usize,
         stretch: &Stretch,
         around: Surroundings<'_>,
         scratch: &mut Scratch,
     ) {
+        let mut draws = shot.draws.clone();
+        let depth = draws.exponential();
+        let shot = Shot { draws, ..shot };
         let beam = &self.beams[shot.beam];
         // The bearing less the beam's lag.
         let ((sin, cos), (sin_lag, cos_lag)) = (scratch.bearings[number], beam.lag);
@@ -142,7 +156,7 @@ impl Lidar {
             direction: world_from_base.vector(&along),
             range_m_min: 0.0,
             range_m_max: self.spec.range_m_max,
-            depth: shot.draws.exponential(),
+            depth,
         };
         let body = if beam.near_body {
             self.body.cast(&exit, &along, around.motion.stance(shot.stamp))
@@ -158,6 +172,7 @@ impl Lidar {
     }
 
     /// Where the beam leaves the sensor, lidar frame.
+    #[inline(always)]
     pub(super) fn exit(&self, shot: &Shot) -> Point3<f64> {
         let radius_m = self.spec.model.beams.radius_m;
         let height_m = self.beams[shot.beam].height_m;
@@ -169,12 +184,11 @@ impl Lidar {
     }
 
     /// The other rays of the footprint: the middle ones turned by small angles, in the world.
-    fn widen(&self, shots: Range<usize>, around: Surroundings<'_>, scratch: &mut Scratch) {
-        let middle = scratch.rays.len() - shots.len();
+    fn widen(&self, around: Surroundings<'_>, scratch: &mut Scratch) {
         for (sub_ray, off) in self.footprint.iter().enumerate().skip(1) {
             let chance = self.noise.child(SUB_RAYS + sub_ray as u64);
-            for (place, shot) in shots.clone().enumerate() {
-                let ray = scratch.rays[middle + place];
+            for shot in 0..scratch.shots.len() {
+                let ray = scratch.rays[shot];
                 let along = ray.direction;
                 // Across the beam and level with the world's horizon: the ellipse is off by the body's tilt, a few
                 // degrees of its roll that no footprint shows.
@@ -210,14 +224,17 @@ impl Lidar {
     }
 
     /// Casts, and casts again behind surfaces that let light through where the answer can depend on it.
-    fn follow(&self, around: Surroundings<'_>, scratch: &mut Scratch) {
+    fn follow(&self, caster: &mut Caster<'_>, scratch: &mut Scratch) {
         for layer in 0..LAYERS_MAX {
-            around.optics.cast_all(&scratch.rays, &mut scratch.hits);
+            caster.cast(&scratch.rays, &mut scratch.hits);
             scratch.next_rays.clear();
             scratch.next_owners.clear();
             for (number, (ray, owner)) in scratch.rays.iter().zip(&scratch.owners).enumerate() {
-                let body = if layer == 0 { scratch.bodies[number] } else { None };
-                let Some(hit) = scratch.hits[number].or(body) else { continue };
+                let hit = match (&scratch.hits[number], scratch.bodies.get(number)) {
+                    (Some(hit), _) => hit,
+                    (None, Some(Some(body))) if layer == 0 => body,
+                    _ => continue,
+                };
                 let shot = &scratch.shots[owner.shot];
                 let window = if self.faults.is_empty() {
                     1.0
@@ -225,7 +242,7 @@ impl Lidar {
                     self.window_left(shot.stamp, self.azimuth_rad(shot))
                 };
                 scratch.surfaces[owner.shot].push(Surface {
-                    hit,
+                    hit: *hit,
                     sub_ray: owner.sub_ray,
                     layer: owner.layer,
                     share: owner.share * self.air.left(hit.range_m) * window,

@@ -91,7 +91,8 @@ impl Lidar {
         let beams = self.beams.len();
         turn[firing - beam..][..beams].copy_from_slice(&answers[mine - beam..][..beams]);
         self.spoil(&cycles, &mut turn);
-        let number = scratch.shots.iter().position(|shot| shot.cycle == cycle && shot.beam == beam)?;
+        self.cast(&(first..first + block), beam, around, &mut around.optics.caster(), &mut scratch);
+        let number = (cycle - first) as usize;
         let shot = scratch.shots[number].clone();
         let mut echoes = Vec::new();
         let length_m = self.spec.model.pulse.length_m;
