@@ -67,41 +67,54 @@ impl Cells {
         end: f64,
         mut visit: impl FnMut([usize; 2], f64, f64) -> ControlFlow<()>,
     ) {
-        let mut cell = [0_usize; 2];
-        let mut stride = [0_isize; 2];
-        // In cells: the border ahead, and how it moves; then the distance at which it is crossed.
-        let (mut border, mut onward) = ([0.0; 2], [0.0; 2]);
-        let mut next = [f64::INFINITY; 2];
-        let (mut from, mut inverse) = ([0.0; 2], [0.0; 2]);
         let mut enter = ray.range_m_min;
-        for axis in 0..2 {
+        let mut first = [0_usize; 2];
+        let [x, y] = [0, 1].map(|axis| {
+            let from = (ray.origin[axis] - self.low[axis]) * self.cells_per_m;
             let ahead = ray.direction[axis] * self.cells_per_m;
-            from[axis] = (ray.origin[axis] - self.low[axis]) * self.cells_per_m;
             // The cast goes toward zero and saturates: what is outside is the outermost cell.
-            cell[axis] = ((from[axis] + ahead * begin) as usize).min(self.count[axis] - 1);
-            if ahead != 0.0 {
-                (stride[axis], onward[axis]) = if ahead > 0.0 { (1, 1.0) } else { (-1, -1.0) };
-                let behind = cell[axis] as f64 + if ahead > 0.0 { 0.0 } else { 1.0 };
-                inverse[axis] = ahead.recip();
-                border[axis] = behind + onward[axis];
-                enter = enter.max((behind - from[axis]) * inverse[axis]);
-                next[axis] = (border[axis] - from[axis]) * inverse[axis];
-            }
-        }
+            first[axis] = ((from + ahead * begin) as usize).min(self.count[axis] - 1);
+            let Some(stride) = [(1, ahead > 0.0), (-1, ahead < 0.0)].into_iter().find(|(_, this)| *this)
+            else {
+                return Borders { stride: 0, onward: 0.0, from: f64::NEG_INFINITY, inverse: 1.0, next: 0.0 };
+            };
+            let onward = if stride.0 > 0 { 1.0 } else { -1.0 };
+            let behind = first[axis] as f64 + if stride.0 > 0 { 0.0 } else { 1.0 };
+            let borders =
+                Borders { stride: stride.0, onward, from, inverse: ahead.recip(), next: behind + onward };
+            enter = enter.max((behind - from) * borders.inverse);
+            borders
+        });
+        let [mut column, mut row] = first;
+        let (mut border_x, mut border_y) = (x.next, y.next);
+        // Both axes are worked out, and one of them counts: which one, no processor foresees.
         while enter < end {
-            let near = if next[0] < next[1] { next[0] } else { next[1] };
+            let next_x = (border_x - x.from) * x.inverse;
+            let next_y = (border_y - y.from) * y.inverse;
+            let is_x = next_x <= next_y;
+            let near = if is_x { next_x } else { next_y };
             let leave = if near < end { near } else { end };
-            if enter < leave && visit(cell, enter, leave).is_break() {
+            if enter < leave && visit([column, row], enter, leave).is_break() {
                 return;
             }
-            let axis = usize::from(next[1] < next[0]);
-            cell[axis] = cell[axis].wrapping_add_signed(stride[axis]);
-            if stride[axis] == 0 || cell[axis] >= self.count[axis] {
+            column = column.wrapping_add_signed(if is_x { x.stride } else { 0 });
+            row = row.wrapping_add_signed(if is_x { 0 } else { y.stride });
+            if column >= self.count[0] || row >= self.count[1] {
                 return;
             }
+            border_x += if is_x { x.onward } else { 0.0 };
+            border_y += if is_x { 0.0 } else { y.onward };
             enter = leave;
-            border[axis] += onward[axis];
-            next[axis] = (border[axis] - from[axis]) * inverse[axis];
         }
     }
+}
+
+/// A beam and the borders that it crosses along one axis, in cells.
+struct Borders {
+    stride: isize,
+    onward: f64,
+    from: f64,
+    inverse: f64,
+    /// The first border ahead; a beam along the borders has none at any distance.
+    next: f64,
 }

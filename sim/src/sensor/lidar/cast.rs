@@ -90,11 +90,11 @@ impl Lidar {
         scratch.owners.clear();
         let mut stretch = around.motion.stretch(self.schedule.start(cycles.start));
         for (number, cycle) in cycles.clone().enumerate() {
-            let shot = self.shot(cycle, beam);
-            if !stretch.holds(shot.stamp) {
-                stretch = around.motion.stretch(shot.stamp);
+            let stamp = self.schedule.start(cycle) + self.beams[beam].fires_after;
+            if !stretch.holds(stamp) {
+                stretch = around.motion.stretch(stamp);
             }
-            self.aim(shot, number, &stretch, around, scratch);
+            self.aim(cycle, beam, number, &stretch, around, scratch);
         }
         // The middle rays stand first; the rings of the footprint follow, ray by ray.
         self.widen(around, scratch);
@@ -131,44 +131,41 @@ impl Lidar {
     #[inline(always)]
     fn aim(
         &self,
-        shot: Shot,
+        cycle: i64,
+        beam: usize,
         number: usize,
         stretch: &Stretch,
         around: Surroundings<'_>,
         scratch: &mut Scratch,
     ) {
-        let mut draws = shot.draws.clone();
-        let depth = draws.exponential();
-        let shot = Shot { draws, ..shot };
-        let beam = &self.beams[shot.beam];
-        // The bearing less the beam's lag.
-        let ((sin, cos), (sin_lag, cos_lag)) = (scratch.bearings[number], beam.lag);
-        let (sin_azimuth, cos_azimuth) = (sin * cos_lag - cos * sin_lag, cos * cos_lag + sin * sin_lag);
-        let along = self.base_turned * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin);
+        let mut shot = self.shot(cycle, beam);
+        let (stamp, depth) = (shot.stamp, shot.draws.exponential());
+        let beam = &self.beams[beam];
         let exit = match self.spec.model.beams.radius_m {
             0.0 => beam.exit_in_base,
             _ => self.base_from_lidar * self.exit(&shot),
         };
-        let world_from_base = stretch.at(shot.stamp);
+        let share = self.footprint[0].share;
+        scratch.owners.push(Owner { shot: scratch.shots.len(), sub_ray: 0, layer: 0, share });
+        scratch.shots.push(shot);
+        // The bearing less the beam's lag.
+        let ((sin, cos), (sin_lag, cos_lag)) = (scratch.bearings[number], beam.lag);
+        let (sin_azimuth, cos_azimuth) = (sin * cos_lag - cos * sin_lag, cos * cos_lag + sin * sin_lag);
+        let along = self.base_turned * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin);
+        let world_from_base = stretch.at(stamp);
         let mut ray = Ray {
-            stamp: shot.stamp,
+            stamp,
             origin: world_from_base.point(&exit),
             direction: world_from_base.vector(&along),
             range_m_min: 0.0,
             range_m_max: self.spec.range_m_max,
             depth,
         };
-        let body = if beam.near_body {
-            self.body.cast(&exit, &along, around.motion.stance(shot.stamp))
-        } else {
-            None
-        };
+        let body =
+            if beam.near_body { self.body.cast(&exit, &along, around.motion.stance(stamp)) } else { None };
         ray.range_m_max = body.map_or(ray.range_m_max, |hit| hit.range_m.min(ray.range_m_max));
         scratch.bodies.push(body);
         scratch.rays.push(ray);
-        let share = self.footprint[0].share;
-        scratch.owners.push(Owner { shot: scratch.shots.len(), sub_ray: 0, layer: 0, share });
-        scratch.shots.push(shot);
     }
 
     /// Where the beam leaves the sensor, lidar frame.
