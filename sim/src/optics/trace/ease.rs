@@ -97,12 +97,12 @@ impl<I: Isa> Ease<I> for Swaying<'_> {
         while axis < 3 {
             let step = I::Half::splat(node.step[axis]);
             let base = I::Half::splat(node.low[axis] - from[axis]);
-            let base = shift.fma(I::Half::load(&mobility.along[axis]), base);
+            let along = I::Half::load(&mobility.along[axis]);
             let room = I::Half::from_bytes(&mobility.leaf[axis]).fma(leaf, margin);
-            boxes[axis] = [
-                I::Half::from_bytes(&node.from[axis]).fma(step, base.sub(room)),
-                I::Half::from_bytes(&node.to[axis]).fma(step, base.add(room)),
-            ];
+            let low = I::Half::from_bytes(&node.from[axis]).fma(step, base.sub(room));
+            let high = I::Half::from_bytes(&node.to[axis]).fma(step, base.add(room));
+            // The shift takes longest to know.
+            boxes[axis] = [shift.fma(along, low), shift.fma(along, high)];
             axis += 1;
         }
         boxes

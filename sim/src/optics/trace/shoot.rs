@@ -1,7 +1,7 @@
 //! Shoots: eight spurs in boxes of their own, which shift together in the wind while their leaves turn in step.
 //!
-//! A beam is shifted once for all of a shoot's leaves, and the boxes of its spurs are those of the leaves' turn at that
-//! moment: between the box at rest and the one after the farthest turn to that side, which bounds what is between.
+//! A beam is shifted once for all of a shoot's leaves. Its spurs have boxes for each of a few stages of the leaves' turn;
+//! those of the stage at that moment are looked at, so that finding them costs what it costs in still air.
 
 use super::super::boxes::Aabb;
 use super::super::surface;
@@ -33,11 +33,16 @@ pub(super) struct Shoot {
     direction: [f32; 3],
     /// Sine and cosine of the turns by which it is ahead of its plant's phases.
     ahead: [f32; 2],
+    /// One bit for each spur that is there, and [`SLANTED`].
     filled: u32,
     rest: Corners,
-    /// When leaves have turned as far as can be, backward and forward.
-    turned: [Corners; 2],
+    stages: [Corners; STAGES],
 }
+
+/// Set where some leaf's half sides are not at right angles, as grown leaves' are.
+const SLANTED: u32 = 1 << 8;
+/// Stages of a turn, from the farthest backward to the farthest forward: equal steps of its sine.
+const STAGES: usize = 8;
 
 #[derive(Debug, Clone)]
 #[repr(C)]
@@ -56,28 +61,34 @@ pub(super) fn shoots(leaves: &[Leaf]) -> (Vec<Shoot>, Vec<Aabb>, Vec<Spur>) {
 impl Shoot {
     /// With its box at rest.
     fn new(index: usize, leaves: &[Leaf]) -> (Self, Aabb) {
-        let turned = [-1.0, 0.0, 1.0].map(|turn| {
+        let boxes = |of: &dyn Fn(&Leaf) -> Aabb| {
             let mut boxes = [Aabb::empty(); SPURS];
             for (bounds, leaves) in boxes.iter_mut().zip(leaves.chunks(LEAVES_PER_SPUR)) {
-                let all = leaves.iter().fold(Aabb::empty(), |all, leaf| all.with(&turned_bounds(leaf, turn)));
+                let all = leaves.iter().fold(Aabb::empty(), |all, leaf| all.with(&of(leaf)));
                 *bounds = if all.is_real() { all } else { Aabb::empty() };
             }
             boxes
+        };
+        let resting = boxes(&surface::leaf_bounds);
+        let stages: [[Aabb; SPURS]; STAGES] = std::array::from_fn(|stage| {
+            let sin = |stage: usize| LEAF_SIN_MAX * (2.0 * stage as f64 / STAGES as f64 - 1.0);
+            boxes(&|leaf| turned_bounds(leaf, [sin(stage), sin(stage + 1)]))
         });
-        let whole = turned.iter().flatten().fold(Aabb::empty(), |all, one| all.with(one));
-        let [back, rest, forward] = turned.map(|boxes| Node::holding(&whole, &boxes, SPUR));
+        let whole = stages.iter().flatten().chain(&resting).fold(Aabb::empty(), |all, one| all.with(one));
+        let rest = Node::holding(&whole, &resting, SPUR);
         let corners = |node: &Node| Corners { from: node.from, to: node.to };
+        let slanted = if leaves.iter().all(spur::is_square) { 0 } else { SLANTED };
         let angle = TAU * own_turns(index);
         let shoot = Shoot {
             low: rest.low,
             step: rest.step,
             direction: shoot_direction(index).map(|x| x as f32).into(),
             ahead: [angle.sin() as f32, angle.cos() as f32],
-            filled: rest.filled,
+            filled: rest.filled | slanted,
             rest: corners(&rest),
-            turned: [corners(&back), corners(&forward)],
+            stages: stages.map(|boxes| corners(&Node::holding(&whole, &boxes, SPUR))),
         };
-        (shoot, turned[1].iter().fold(Aabb::empty(), |all, one| all.with(one)))
+        (shoot, resting.iter().fold(Aabb::empty(), |all, one| all.with(one)))
     }
 
     /// The line along which it moves, and sine and cosine of the turns by which it is ahead.
@@ -91,41 +102,40 @@ impl Shoot {
         simd::prefetch(&self.low);
         simd::prefetch(&self.rest.to);
         if moves {
-            simd::prefetch(&self.turned[1]);
+            simd::prefetch(&self.stages);
         }
     }
 
-    /// The spurs' boxes as seen from a point that moves with the shoot.
+    /// Corners of the spurs' boxes after a turn.
     #[inline(always)]
-    fn boxes<I: Isa>(&self, turn: Option<Turn>, from: &[f32; 3]) -> Boxes<I> {
+    fn corners(&self, turn: Option<Turn>) -> &Corners {
+        let Some(Turn { sin, .. }) = turn else { return &self.rest };
+        // Added to 3 2^22, a number is rounded to a whole one that its lowest bits hold: sooner known than a cast. Sines end
+        // short of the last stage's far side; one that rounding puts into the next stage is off by far less than the
+        // boxes' margin.
+        const WHOLE: f32 = 12_582_912.0;
+        let stage = sin * (0.5 * STAGES as f32 / LEAF_SIN_MAX as f32) + (0.5 * STAGES as f32 - 0.5);
+        &self.stages[(stage + WHOLE).to_bits() as usize % STAGES]
+    }
+
+    /// The spurs' boxes as seen from a point, `shift_m` along the shoot's line. What takes longest to know comes last.
+    #[inline(always)]
+    fn boxes<I: Isa>(&self, corners: &Corners, from: &[f32; 3], shift_m: Option<f32>) -> Boxes<I> {
         let mut boxes = [[I::Half::splat(0.0); 2]; 3];
         let mut axis = 0;
-        if let Some(Turn { sin, .. }) = turn {
-            let turned = &self.turned[usize::from(sin > 0.0)];
-            let share = sin.abs() * (1.0 / LEAF_SIN_MAX) as f32;
-            while axis < 3 {
-                let base = self.low[axis] - from[axis];
-                let rest = I::Half::splat(self.step[axis] * (1.0 - share));
-                let away = I::Half::splat(self.step[axis] * share);
-                let (low, high) = (I::Half::splat(base - MARGIN_M), I::Half::splat(base + MARGIN_M));
-                let low = I::Half::from_bytes(&turned.from[axis]).fma(away, low);
-                let high = I::Half::from_bytes(&turned.to[axis]).fma(away, high);
-                boxes[axis] = [
-                    I::Half::from_bytes(&self.rest.from[axis]).fma(rest, low),
-                    I::Half::from_bytes(&self.rest.to[axis]).fma(rest, high),
-                ];
-                axis += 1;
-            }
-            return boxes;
-        }
         while axis < 3 {
             let base = self.low[axis] - from[axis];
             let step = I::Half::splat(self.step[axis]);
             let (low, high) = (I::Half::splat(base - MARGIN_M), I::Half::splat(base + MARGIN_M));
-            boxes[axis] = [
-                I::Half::from_bytes(&self.rest.from[axis]).fma(step, low),
-                I::Half::from_bytes(&self.rest.to[axis]).fma(step, high),
+            let mut sides = [
+                I::Half::from_bytes(&corners.from[axis]).fma(step, low),
+                I::Half::from_bytes(&corners.to[axis]).fma(step, high),
             ];
+            if let Some(shift_m) = shift_m {
+                let aside = I::Half::splat(shift_m * self.direction[axis]);
+                sides = [sides[0].add(aside), sides[1].add(aside)];
+            }
+            boxes[axis] = sides;
             axis += 1;
         }
         boxes
@@ -145,9 +155,10 @@ impl Shoot {
         stack: &mut Vec<Pending>,
         visitor: &V,
     ) {
-        let (mut origin, mut turn) = (beams.origin, None);
+        let (mut origin, mut shift, mut turn) = (beams.origin, None, None);
         if let Some(flutter) = flutter {
             let shift_m = flutter.shift_m(index, self.ahead);
+            shift = Some(shift_m);
             let mut axis = 0;
             while axis < 3 {
                 origin[axis] -= shift_m * self.direction[axis];
@@ -162,13 +173,14 @@ impl Shoot {
             slot += 1;
         }
         let floor = stack.len();
-        let boxes = self.boxes::<I>(turn, &origin);
+        let boxes = self.boxes::<I>(self.corners(turn), &beams.origin, shift);
+        let slanted = self.filled & SLANTED != 0;
         walk::open(&boxes, &children, self.filled, beams, mask, nearest, stack, visitor);
         while stack.len() > floor {
             let Some((child, mask)) = walk::next(nearest, stack) else { return };
             if mask != 0 {
                 let met = Met { place, part: (child.index() * LEAVES_PER_SPUR) as u32 };
-                spurs[child.index()].meet(turn, origin, beams, mask, met, nearest);
+                spurs[child.index()].meet(turn, slanted, origin, beams, mask, met, nearest);
             }
         }
     }
@@ -188,18 +200,18 @@ impl Shoot {
     }
 }
 
-/// A box that holds a leaf after a share of the farthest turn. Each side is convex in the share, so that at any turn
-/// the box between those of no turn and of the farthest holds the leaf: cosines in front of what reaches outward count
-/// as one, in front of what reaches inward as the least.
-fn turned_bounds(leaf: &Leaf, share: f64) -> Aabb {
-    if share == 0.0 {
-        return surface::leaf_bounds(leaf);
-    }
-    let (quarter, sin) = (spur::quarter(leaf), share * LEAF_SIN_MAX);
-    let cos = (1.0 - LEAF_SIN_MAX * LEAF_SIN_MAX).sqrt();
+/// A box that holds a leaf after any turn between two: by interval arithmetic, sine and cosine each on its own.
+fn turned_bounds(leaf: &Leaf, sin: [f64; 2]) -> Aabb {
+    let quarter = spur::quarter(leaf);
+    let [least, most] = sin.map(f64::abs);
+    let (nearest, farthest) =
+        (if sin[0] < 0.0 && sin[1] > 0.0 { 0.0 } else { least.min(most) }, least.max(most));
+    let cos = [farthest, nearest].map(|sin| (1.0 - sin * sin).sqrt());
     let reach = Vector3::from_fn(|axis, _| {
-        let (v, w) = (leaf.half_v[axis].abs(), leaf.half_v[axis].signum() * sin * quarter[axis]);
-        leaf.half_u[axis].abs() + (v + w).max(-cos * v - w)
+        let (v, w) = (leaf.half_v[axis].abs(), leaf.half_v[axis].signum() * quarter[axis]);
+        let outward = v * cos[1] + (w * sin[0]).max(w * sin[1]);
+        let inward = -v * cos[0] - (w * sin[0]).min(w * sin[1]);
+        leaf.half_u[axis].abs() + outward.max(inward)
     });
     Aabb { low: leaf.center - reach, high: leaf.center + reach }
 }
@@ -234,8 +246,8 @@ mod tests {
             let flutter = Flutter::new(&world.wind.bend(0, seconds).unwrap(), &sin, &cos);
             for (index, shoot) in shoots.iter().enumerate() {
                 let shift_m = flutter.shift_m(index, shoot.ahead);
-                let moved: [f32; 3] = std::array::from_fn(|axis| -shift_m * shoot.direction[axis]);
-                let boxes = shoot.boxes::<Portable>(Some(flutter.turn(index, shoot.ahead)), &moved);
+                let turn = flutter.turn(index, shoot.ahead);
+                let boxes = shoot.boxes::<Portable>(shoot.corners(Some(turn)), &[0.0; 3], Some(shift_m));
                 let own = &leaves[index * LEAVES_PER_SHOOT..];
                 for (slot, spur) in own.chunks(LEAVES_PER_SPUR).take(SPURS).enumerate() {
                     let first = index * LEAVES_PER_SHOOT + slot * LEAVES_PER_SPUR;

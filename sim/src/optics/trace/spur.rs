@@ -31,8 +31,6 @@ struct Turning {
     quarter: [[f32; 8]; 3],
     /// The length of `half_u`, meters.
     length_u: [f32; 8],
-    /// Whether all leaves' half sides are at right angles, as grown leaves' are.
-    square: bool,
 }
 
 /// How far leaves have turned about their own `half_u`: sine and cosine.
@@ -46,7 +44,6 @@ impl Spur {
     /// At most eight leaves.
     pub(super) fn new(leaves: &[Leaf]) -> Self {
         let (mut rest, mut turning) = (Rest::default(), Turning::default());
-        turning.square = leaves.iter().all(is_square);
         for (slot, leaf) in leaves.iter().enumerate() {
             let quarter = quarter(leaf);
             turning.length_u[slot] = leaf.half_u.norm() as f32;
@@ -60,11 +57,13 @@ impl Spur {
         Spur { rest, turning }
     }
 
-    /// Offers the leaves' crossings; `origin` is where the beams begin as seen from the leaves' shoot.
+    /// Offers the leaves' crossings; `origin` is where the beams begin as seen from the leaves' shoot. `slanted` says that
+    /// some leaf's half sides are not at right angles.
     #[inline(always)]
     pub(super) fn meet<I: Isa>(
         &self,
         turn: Option<Turn>,
+        slanted: bool,
         [ox, oy, oz]: [f32; 3],
         beams: &Beams<I>,
         mask: u32,
@@ -93,7 +92,7 @@ impl Spur {
                 axis += 1;
             }
         }
-        if turn.is_none() || !self.turning.square {
+        if turn.is_none() || slanted {
             normal = patch::cross::<I>(&u, &v);
         }
         patch::meet::<I>([&center, &u, &v, &normal], Outline::Parallelogram, beams, mask, met, nearest);
@@ -106,6 +105,6 @@ pub(super) fn quarter(leaf: &Leaf) -> Vector3<f64> {
 }
 
 /// Whether a leaf's half sides are at right angles, but for what single precision could tell.
-fn is_square(leaf: &Leaf) -> bool {
+pub(super) fn is_square(leaf: &Leaf) -> bool {
     leaf.half_u.dot(&leaf.half_v).abs() <= 1e-7 * leaf.half_u.norm() * leaf.half_v.norm()
 }
