@@ -21,7 +21,7 @@ pub(crate) struct Raster<T> {
 }
 
 impl<T: Copy> Raster<T> {
-    /// An empty raster; it grows by `margin_m` more than it must, so that it grows seldom.
+    /// An empty raster; it grows by `margin_m` and an eighth of its side more than it must, so that it grows seldom.
     pub(crate) fn new(cell_m: f64, margin_m: f64, blank: T) -> Self {
         let margin = (margin_m / cell_m).ceil() as i32;
         Raster { cell_m, margin, first: (0, 0), columns: 0, rows: 0, cells: Vec::new(), blank }
@@ -60,6 +60,18 @@ impl<T: Copy> Raster<T> {
         Some(&mut self.cells[(j * self.columns + i) as usize])
     }
 
+    /// Where a cell lies among all that are stored, row after row.
+    pub(crate) fn place_of(&self, (column, row): CellIndex) -> Option<usize> {
+        let (i, j) = (column - self.first.0, row - self.first.1);
+        let is_stored = i >= 0 && j >= 0 && i < self.columns && j < self.rows;
+        is_stored.then(|| j as usize * self.columns as usize + i as usize)
+    }
+
+    /// All cells that are stored, row after row.
+    pub(crate) fn cells_mut(&mut self) -> &mut [T] {
+        &mut self.cells
+    }
+
     /// The stored part of a row, columns `from..to`, and the column where that part begins.
     pub(crate) fn row(&self, row: i32, from: i32, to: i32) -> (i32, &[T]) {
         let j = row - self.first.1;
@@ -81,13 +93,14 @@ impl<T: Copy> Raster<T> {
         let reach = |old: i32, wanted: i32, by: i32, beyond: bool| {
             if empty || beyond { wanted + by } else { old }
         };
+        let (by_x, by_y) = (self.margin + self.columns / 8, self.margin + self.rows / 8);
         let first = (
-            reach(self.first.0, low.0, -self.margin, low.0 < self.first.0),
-            reach(self.first.1, low.1, -self.margin, low.1 < self.first.1),
+            reach(self.first.0, low.0, -by_x, low.0 < self.first.0),
+            reach(self.first.1, low.1, -by_y, low.1 < self.first.1),
         );
         let end = (
-            reach(end.0, high.0 + 1, self.margin, high.0 >= end.0),
-            reach(end.1, high.1 + 1, self.margin, high.1 >= end.1),
+            reach(end.0, high.0 + 1, by_x, high.0 >= end.0),
+            reach(end.1, high.1 + 1, by_y, high.1 >= end.1),
         );
         let (columns, rows) = (end.0 - first.0, end.1 - first.1);
         if i64::from(columns) * i64::from(rows) * size_of::<T>() as i64 > BYTES_MAX {

@@ -8,25 +8,23 @@ use crate::raster::{CellIndex, Raster, cell_at};
 use arborloop_base::{Cell, Grid};
 use nalgebra::{Point2, Vector2};
 
-/// Evidence that one point adds to its cell, and its limit.
-const HIT: f32 = 1.0;
-const HIT_MAX: f32 = 12.0;
-
-/// Evidence that one empty crossing takes away.
-const MISS: f32 = 0.25;
+/// Evidence that one point adds to its cell, and its limit. One empty crossing takes away one.
+const HIT: u8 = 4;
+const HIT_MAX: u8 = 48;
 /// A cell counts as occupied from this evidence on.
-const OCCUPIED: f32 = 0.5;
+const OCCUPIED: u8 = 2;
 
 /// The distance field follows a mean that has moved by more than this, meters.
 const MOVED_M: f32 = 0.005;
 
-/// What beams say of one cell of a layer.
+/// What beams say of one cell of a layer: four bytes, because a key frame asks for tens of thousands of cells that lie
+/// all over the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Seen {
     /// The key frame that it last learned from; 0 if none.
-    frame: u32,
+    frame: u16,
     /// Evidence that it is occupied.
-    evidence: f32,
+    evidence: u8,
     /// Whether it was met from within the reach of clearings.
     is_near: bool,
 }
@@ -36,10 +34,8 @@ struct Seen {
 struct Spot {
     /// Mean of its points from the cell's center, meters.
     mean: (f32, f32),
-    /// The mean that the distance field knows.
+    /// The mean that the distance field knows, if the cell is shown.
     shown: (f32, f32),
-    /// Whether the distance field knows it.
-    is_shown: bool,
     /// Number of points in the mean.
     count: u16,
 }
@@ -49,6 +45,8 @@ struct Spot {
 struct Layer {
     seen: Raster<Seen>,
     spots: Raster<Spot>,
+    /// Which cells the distance field knows: one bit for each, and a word for as many neighbors along a row as it has bits.
+    shown: Raster<u64>,
 }
 
 /// The map of `mhd`.
@@ -57,7 +55,7 @@ pub(crate) struct Chart {
     cell_m: f64,
     layers: Vec<Layer>,
     changes: Vec<(usize, CellIndex)>,
-    frame: u32,
+    frame: u16,
 }
 
 impl Chart {
@@ -66,6 +64,8 @@ impl Chart {
         let layer = Layer {
             seen: Raster::new(cell_m, 8.0, Seen::default()),
             spots: Raster::new(cell_m, 8.0, Spot::default()),
+            // Its cells along a row are words: a margin of 16 is wide enough.
+            shown: Raster::new(cell_m, 16.0 * cell_m, 0),
         };
         Chart { cell_m, layers: vec![layer; layers], changes: Vec::new(), frame: 0 }
     }
@@ -74,14 +74,19 @@ impl Chart {
     /// outweighs the beams beside it: else the near faces of trunks are worn away, the map recedes from the robot and
     /// every way comes out too long.
     pub(crate) fn draw(&mut self, motion: &Motion, features: &[Feature], clearings: &[Clearing]) {
-        self.frame += 1;
+        // After 65535 key frames the count begins anew; what was last seen exactly so long ago learns one frame later.
+        self.frame = self.frame.checked_add(1).unwrap_or(1);
         for feature in features {
             let at = motion.place(&feature.at, feature.after_s);
             let layer = &mut self.layers[feature.layer];
             let cell = layer.seen.cell_of(at.x, at.y);
             layer.seen.cover(cell, cell);
             layer.spots.cover(cell, cell);
-            let (Some(seen), Some(spot)) = (layer.seen.get_mut(cell), layer.spots.get_mut(cell)) else {
+            let (word, bit) = bit_of(cell);
+            layer.shown.cover(word, word);
+            let (Some(seen), Some(spot), Some(shown)) =
+                (layer.seen.get_mut(cell), layer.spots.get_mut(cell), layer.shown.get_mut(word))
+            else {
                 continue;
             };
             seen.is_near |= feature.at.norm() < CLEARING_M_MAX;
@@ -96,8 +101,9 @@ impl Chart {
             spot.mean.0 += (from_center(at.x, cell.0) - spot.mean.0) * share;
             spot.mean.1 += (from_center(at.y, cell.1) - spot.mean.1) * share;
             let moved_m = (spot.mean.0 - spot.shown.0).hypot(spot.mean.1 - spot.shown.1);
-            if seen.evidence >= OCCUPIED && (!spot.is_shown || moved_m > MOVED_M) {
-                (spot.is_shown, spot.shown) = (true, spot.mean);
+            if seen.evidence >= OCCUPIED && (*shown & bit == 0 || moved_m > MOVED_M) {
+                *shown |= bit;
+                spot.shown = spot.mean;
                 self.changes.push((feature.layer, cell));
             }
         }
@@ -106,20 +112,32 @@ impl Chart {
                 motion.place(&clearing.from, clearing.after_s),
                 motion.place(&clearing.to, clearing.after_s),
             );
-            let Layer { seen, spots } = &mut self.layers[clearing.layer];
+            let Layer { seen, spots, shown } = &mut self.layers[clearing.layer];
             seen.cover(lower(seen, &from, &to), upper(seen, &from, &to));
-            cross(&from, &to, self.cell_m, |cell| {
-                let Some(seen) = seen.get_mut(cell).filter(|seen| seen.frame != self.frame) else { return };
-                seen.frame = self.frame;
-                if seen.evidence <= 0.0 {
+            let row = seen.size().0 as isize;
+            let (first, (start, end)) =
+                (seen.first(), (seen.cell_of(from.x, from.y), seen.cell_of(to.x, to.y)));
+            let (Some(start), Some(_)) = (seen.place_of(start), seen.place_of(end)) else { continue };
+            let cells = seen.cells_mut();
+            cross(&from, &to, self.cell_m, start, row, |place| {
+                let seen = &mut cells[place];
+                if seen.frame == self.frame {
                     return;
                 }
-                seen.evidence = (seen.evidence - MISS).max(0.0);
-                if seen.evidence < OCCUPIED
-                    && let Some(spot) = spots.get_mut(cell)
-                {
+                seen.frame = self.frame;
+                if seen.evidence == 0 {
+                    return;
+                }
+                seen.evidence -= 1;
+                if seen.evidence >= OCCUPIED {
+                    return;
+                }
+                let cell = (first.0 + (place as isize % row) as i32, first.1 + (place as isize / row) as i32);
+                let (word, bit) = bit_of(cell);
+                if let (Some(spot), Some(shown)) = (spots.get_mut(cell), shown.get_mut(word)) {
                     spot.count = 0;
-                    if std::mem::take(&mut spot.is_shown) {
+                    if *shown & bit != 0 {
+                        *shown &= !bit;
                         self.changes.push((clearing.layer, cell));
                     }
                 }
@@ -140,11 +158,23 @@ impl Chart {
         high: CellIndex,
         mut visit: impl FnMut(f64, f64),
     ) {
+        let Layer { spots, shown, .. } = &self.layers[layer];
+        let center = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
         for row in low.1..=high.1 {
-            let (first, spots) = self.layers[layer].spots.row(row, low.0, high.0 + 1);
-            for (column, spot) in (first..).zip(spots).filter(|(_, spot)| spot.is_shown) {
-                let center = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
-                visit(center(column) + f64::from(spot.shown.0), center(row) + f64::from(spot.shown.1));
+            let (first_word, words) = shown.row(row, word_of(low.0), word_of(high.0) + 1);
+            for (word, bits) in (first_word..).zip(words) {
+                let mut bits = *bits;
+                while bits != 0 {
+                    let column = word * WORD + bits.trailing_zeros() as i32;
+                    bits &= bits - 1;
+                    if column >= low.0 && column <= high.0 {
+                        let spot = spots.get((column, row));
+                        visit(
+                            center(column) + f64::from(spot.shown.0),
+                            center(row) + f64::from(spot.shown.1),
+                        );
+                    }
+                }
             }
         }
     }
@@ -178,6 +208,19 @@ impl Chart {
     }
 }
 
+/// Columns in a word.
+const WORD: i32 = u64::BITS as i32;
+
+/// The word of a column.
+fn word_of(column: i32) -> i32 {
+    column.div_euclid(WORD)
+}
+
+/// The word of a cell, and the cell's bit in it.
+fn bit_of((column, row): CellIndex) -> (CellIndex, u64) {
+    ((word_of(column), row), 1 << column.rem_euclid(WORD))
+}
+
 fn lower(layer: &Raster<Seen>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex {
     layer.cell_of(a.x.min(b.x), a.y.min(b.y))
 }
@@ -186,12 +229,19 @@ fn upper(layer: &Raster<Seen>, a: &Vector2<f64>, b: &Vector2<f64>) -> CellIndex 
     layer.cell_of(a.x.max(b.x), a.y.max(b.y))
 }
 
-/// Visits every cell that the stretch from `a` to `b` crosses (Amanatides and Woo 1987).
-fn cross(a: &Vector2<f64>, b: &Vector2<f64>, cell_m: f64, mut visit: impl FnMut(CellIndex)) {
+/// Visits the place of every cell that the stretch from `a` to `b` crosses (Amanatides and Woo 1987): `place` is that of
+/// the first, and `row` how much farther the cell above a cell is.
+fn cross(
+    a: &Vector2<f64>,
+    b: &Vector2<f64>,
+    cell_m: f64,
+    mut place: usize,
+    row: isize,
+    mut visit: impl FnMut(usize),
+) {
     let (start, end) = (a / cell_m, b / cell_m);
     let along = end - start;
-    let mut cell = cell_at(start.x, start.y, 1.0);
-    let last = cell_at(end.x, end.y, 1.0);
+    let (first, last) = (cell_at(start.x, start.y, 1.0), cell_at(end.x, end.y, 1.0));
     let axis = |from: f64, along: f64| {
         let step = if along > 0.0 { 1 } else { -1 };
         let border = if along > 0.0 { from.floor() + 1.0 } else { from.floor() };
@@ -204,17 +254,20 @@ fn cross(a: &Vector2<f64>, b: &Vector2<f64>, cell_m: f64, mut visit: impl FnMut(
     };
     let (step_x, mut next_x, every_x) = axis(start.x, along.x);
     let (step_y, mut next_y, every_y) = axis(start.y, along.y);
-    let crossings = (last.0 - cell.0).abs() + (last.1 - cell.1).abs();
-    visit(cell);
-    for _ in 0..crossings {
-        if next_x < next_y {
-            cell.0 += step_x;
+    // Whatever the rounding, no more cells along either axis than there are.
+    let (mut left_x, mut left_y) = ((last.0 - first.0).abs(), (last.1 - first.1).abs());
+    visit(place);
+    while left_x + left_y > 0 {
+        if left_y == 0 || (left_x > 0 && next_x < next_y) {
+            place = place.wrapping_add_signed(step_x);
             next_x += every_x;
+            left_x -= 1;
         } else {
-            cell.1 += step_y;
+            place = place.wrapping_add_signed(step_y * row);
             next_y += every_y;
+            left_y -= 1;
         }
-        visit(cell);
+        visit(place);
     }
 }
 
@@ -239,9 +292,14 @@ mod tests {
         for (a, b) in
             [((0.03, 0.04), (1.96, 0.77)), ((-0.5, 0.31), (0.42, -1.9)), ((0.05, 0.05), (0.05, -0.95))]
         {
+            let first = cell_at(a.0, a.1, 0.1);
             let (a, b) = (Vector2::new(a.0, a.1), Vector2::new(b.0, b.1));
             let mut cells = Vec::new();
-            cross(&a, &b, 0.1, |cell| cells.push(cell));
+            let (width, middle) = (100, 50);
+            let place_of = |cell: CellIndex| ((cell.1 + middle) * width + cell.0 + middle) as usize;
+            cross(&a, &b, 0.1, place_of(first), width as isize, |place| {
+                cells.push((place as i32 % width - middle, place as i32 / width - middle));
+            });
             let mut slow: Vec<CellIndex> = (0..=200_000)
                 .map(|n| a + (b - a) * (f64::from(n) / 200_000.0))
                 .map(|p| ((p.x / 0.1).floor() as i32, (p.y / 0.1).floor() as i32))

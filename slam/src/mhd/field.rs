@@ -15,8 +15,9 @@ pub(crate) const COARSE_LEVELS: usize = 64;
 const SIDE: usize = 16;
 /// Cell centers along the side of a tile: one more, so that no interpolation needs two tiles.
 const NODES: usize = SIDE + 1;
-/// The same in whole vectors of four.
-const LANES: usize = NODES.next_multiple_of(4);
+/// The same in vectors of four.
+const LANES: usize = 4;
+const WORDS: usize = NODES.div_ceil(LANES);
 /// Lower bits of a key, for the index of a point: more than there are cells within a meter of a tile of 0.1 m cells. Of
 /// finer cells those beyond are left out.
 const INDEX_MASK: i32 = 0x7ff;
@@ -155,6 +156,28 @@ impl Field {
         cell_at(x_m, y_m, self.cell_m)
     }
 
+    /// Calls `visit` with the levels of `count` cells of a row, `step` cells apart, from `first` on.
+    pub(crate) fn coarse_row(
+        &self,
+        layer: usize,
+        first: CellIndex,
+        step: i32,
+        count: usize,
+        mut visit: impl FnMut(usize, u8),
+    ) {
+        let (sheet, inside_row) = (&self.sheets[layer], first.1.rem_euclid(SIDE as i32) as usize);
+        let (mut tile, mut tile_column) = (None, i32::MIN);
+        for n in 0..count {
+            let column = first.0 + n as i32 * step;
+            if tile_of(column) != tile_column {
+                tile_column = tile_of(column);
+                tile = sheet.find((column, first.1)).map(|(tile, _)| tile);
+            }
+            let inside = column.rem_euclid(SIDE as i32) as usize;
+            visit(n, tile.map_or((COARSE_LEVELS - 1) as u8, |tile| tile.coarse[inside_row * SIDE + inside]));
+        }
+    }
+
     /// Level of the coarse copy in a cell: `COARSE_LEVELS` of them make the cap.
     pub(crate) fn coarse(&self, layer: usize, cell: CellIndex) -> u8 {
         match self.sheets[layer].find(cell) {
@@ -193,9 +216,16 @@ impl Tile {
         // Squared distance in the upper bits and the point's index in the lower: positive floats rank as their bits do, so
         // one minimum keeps both, which the compiler turns into vectors. The distance loses 1e-4 of itself in the ranking.
         let key_of = |square: f32, index: i32| (square.to_bits() as i32 & !INDEX_MASK) | index;
-        let mut keys = [[key_of(cap_m * cap_m, 0); LANES]; NODES];
-        let along: [f32; LANES] = std::array::from_fn(|i| i as f32 * cell_m);
-        let outside = |n: f32| n - n.clamp(0.0, along[NODES - 1]);
+        let mut keys = [[[key_of(cap_m * cap_m, 0); LANES]; WORDS]; NODES];
+        let along: [[f32; LANES]; WORDS] =
+            std::array::from_fn(|word| std::array::from_fn(|lane| (word * LANES + lane) as f32 * cell_m));
+        let side = (NODES - 1) as f32 * cell_m;
+        let outside = |n: f32| n - n.clamp(0.0, side);
+        // The nodes that a point may be within the cap of; a hair more, for rounding.
+        let nodes_per_m = 1.0 / cell_m;
+        let node = |n: f32| (n as i32).clamp(0, NODES as i32 - 1) as usize;
+        let first = |n: f32| node((n - cap_m) * nodes_per_m + 0.99);
+        let last = |n: f32| node((n + cap_m) * nodes_per_m + 0.01);
         chart.points(layer, (low.0 - reach, low.1 - reach), (low.0 + far, low.1 + far), |x_m, y_m| {
             let (x, y) = ((x_m - corner.0) as f32, (y_m - corner.1) as f32);
             if outside(x).powi(2) + outside(y).powi(2) >= cap_m * cap_m {
@@ -206,19 +236,18 @@ impl Tile {
                 return;
             }
             points.push((x, y));
-            for (j, line) in keys.iter_mut().enumerate() {
-                let dy = along[j] - y;
-                if dy.abs() >= cap_m {
-                    continue;
-                }
-                for (key, x_node) in line.iter_mut().zip(&along) {
-                    let dx = x_node - x;
-                    *key = key_of(dx * dx + dy * dy, index).min(*key);
+            let words = first(x) / LANES..last(x) / LANES + 1;
+            for (j, line) in keys.iter_mut().enumerate().take(last(y) + 1).skip(first(y)) {
+                let dy = j as f32 * cell_m - y;
+                let square = dy * dy;
+                for (keys, along) in line[words.clone()].iter_mut().zip(&along[words.clone()]) {
+                    let squares = along.map(|x_node| (x_node - x) * (x_node - x) + square);
+                    *keys = std::array::from_fn(|lane| key_of(squares[lane], index).min(keys[lane]));
                 }
             }
         });
         for (line, keys) in self.nearest.chunks_exact_mut(NODES).zip(&keys) {
-            for (nearest, key) in line.iter_mut().zip(keys) {
+            for (nearest, key) in line.iter_mut().zip(keys.as_flattened()) {
                 *nearest = points[(key & INDEX_MASK) as usize];
             }
         }
@@ -226,7 +255,7 @@ impl Tile {
         for (index, level) in self.coarse.iter_mut().enumerate() {
             let (i, j) = (index % SIDE, index / SIDE);
             let (x, y) = self.nearest[j * NODES + i];
-            let distance_m = ((along[i] - x).powi(2) + (along[j] - y).powi(2)).sqrt();
+            let distance_m = ((i as f32 * cell_m - x).powi(2) + (j as f32 * cell_m - y).powi(2)).sqrt();
             *level = (distance_m * scale).min((COARSE_LEVELS - 1) as f32) as u8;
         }
     }

@@ -41,6 +41,8 @@ pub(crate) struct Hits {
     pub(crate) missed: Vec<Miss>,
     /// How the lidar is turned on the base.
     pub(crate) base_from_lidar: Rotation3<f64>,
+    /// The elevation of each ring that was last asked for, with its sine and cosine: most lidars have one for each.
+    pub(crate) tilts: Vec<(f64, (f64, f64))>,
 }
 
 impl Hits {
@@ -51,6 +53,7 @@ impl Hits {
         let duration_s = (sweep.end - sweep.start).seconds().max(0.0);
         let rings = sweep.rings.max(1);
         self.base_from_lidar = rig.base_from_lidar.rotation.to_rotation_matrix();
+        self.tilts.resize(usize::from(rings), (0.0, (0.0, 1.0)));
         for one in sweep.returns.iter().filter(|one| one.number == 0 && one.ring < rings) {
             // A firing time outside of its own sweep is a fault of the recording; it is held inside.
             let after_s = one.fired_after.seconds().clamp(0.0, duration_s) - 0.5 * duration_s;
@@ -58,7 +61,11 @@ impl Hits {
             let miss = Miss { azimuth_rad, elevation_rad, after_s, ring };
             match one.range_m {
                 Some(range_m) if range_m.is_finite() && range_m >= range_m_min && range_m > 0.0 => {
-                    self.met.extend(hit(&self.base_from_lidar, &miss, range_m));
+                    let tilt = &mut self.tilts[usize::from(ring)];
+                    if tilt.0 != elevation_rad {
+                        *tilt = (elevation_rad, elevation_rad.sin_cos());
+                    }
+                    self.met.extend(hit(&self.base_from_lidar, &miss, tilt.1, range_m));
                 }
                 // Too near says nothing of what lies behind; not finite says nothing at all.
                 Some(_) => {}
@@ -69,14 +76,19 @@ impl Hits {
 
     /// A beam that met nothing, as if it had met something a meter away; `None` when its direction is not finite.
     pub(crate) fn beam(&self, miss: &Miss) -> Option<Hit> {
-        hit(&self.base_from_lidar, miss, 1.0)
+        hit(&self.base_from_lidar, miss, miss.elevation_rad.sin_cos(), 1.0)
     }
 }
 
-/// What a beam meets at a range, meters; `None` when its direction is not finite.
-fn hit(base_from_lidar: &Rotation3<f64>, beam: &Miss, range_m: f64) -> Option<Hit> {
+/// What a beam meets at a range, meters; `None` when its direction is not finite. The tilt is the sine and cosine of its
+/// elevation.
+fn hit(
+    base_from_lidar: &Rotation3<f64>,
+    beam: &Miss,
+    (sin_elevation, cos_elevation): (f64, f64),
+    range_m: f64,
+) -> Option<Hit> {
     let (sin_azimuth, cos_azimuth) = beam.azimuth_rad.sin_cos();
-    let (sin_elevation, cos_elevation) = beam.elevation_rad.sin_cos();
     let direction = Vector3::new(cos_elevation * cos_azimuth, cos_elevation * sin_azimuth, sin_elevation);
     let at = base_from_lidar * direction * range_m;
     at.iter().all(|n| n.is_finite()).then(|| Hit {

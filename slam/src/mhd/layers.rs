@@ -106,8 +106,8 @@ impl Slicer {
     /// Learns from what stands upright which way is up.
     fn hang(&mut self, met: &[Hit], level_from_base: &Rotation3<f64>, heading_rad: f64) {
         self.pairs.clear();
-        for hit in met.iter().filter(|hit| hit.level_m < PLUMB_M_MAX) {
-            let Some(chain) = self.image.chain(met, hit) else { continue };
+        for (index, _) in met.iter().enumerate().filter(|(_, hit)| hit.level_m < PLUMB_M_MAX) {
+            let Some(chain) = self.image.chain(met, index) else { continue };
             let (low, high) = (level_from_base * chain[0].at, level_from_base * chain[3].at);
             let (low_m, high_m) = (low.xy().norm(), high.xy().norm());
             let is_straight = chain[1..3].iter().all(|between| {
@@ -131,13 +131,13 @@ impl Slicer {
         self.bins.clear();
         self.bins.resize(bins * settings.layers(), EMPTY);
         self.upright.clear();
-        for hit in met.iter().filter(|hit| hit.level_m <= settings.range_m_max) {
+        for (index, hit) in met.iter().enumerate().filter(|(_, hit)| hit.level_m <= settings.range_m_max) {
             let height_m = match &self.ground {
                 Some(ground) => ground.above_m(&hit.at),
                 None => (stance.level_from_base * hit.at).z + stance.lidar_height_m,
             };
             let above = edges.partition_point(|edge| *edge <= height_m);
-            if above == 0 || above == edges.len() || !self.image.is_upright(met, hit) {
+            if above == 0 || above == edges.len() || !self.image.is_upright(met, index) {
                 continue;
             }
             let level = stance.flat_from_base * hit.at;

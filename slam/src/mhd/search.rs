@@ -56,10 +56,14 @@ impl Hypothesis {
     }
 }
 
+/// How many points have each level of the coarse distances.
+type Counts = [u16; COARSE_LEVELS];
+
 /// Searches lattices; keeps its memory.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Search {
     cells: Vec<(usize, CellIndex)>,
+    counts: Vec<Counts>,
     scored: Vec<Hypothesis>,
     blocks: Vec<Block>,
     chosen: Vec<Hypothesis>,
@@ -111,9 +115,12 @@ impl Search {
                 best_m = self.descend(field, &turned.pose, step, steps, kept, best_m);
                 continue;
             }
+            self.count_all(field, step, steps);
+            let mut counts = self.counts.iter();
             for j in -steps..=steps {
                 for i in -steps..=steps {
-                    let mean_m = self.coarse_mean_m(field, (i * step, j * step), kept, 0);
+                    let Some(counts) = counts.next() else { break };
+                    let mean_m = mean_of(counts, field, kept, 0);
                     let shift = |n: i32| f64::from(n * step) * field.cell_m();
                     let off = (shift(i).powi(2) + shift(j).powi(2)) / lattice.reach_m.powi(2)
                         + (turn_rad / lattice.reach_rad).powi(2);
@@ -184,20 +191,25 @@ impl Search {
 
     /// Mean of the `kept` smallest distances with all points shifted by whole cells, each less by `slack` levels; meters.
     fn coarse_mean_m(&self, field: &Field, shift: CellIndex, kept: usize, slack: usize) -> f64 {
-        let mut counts = [0_u16; COARSE_LEVELS];
+        let mut counts = [0; COARSE_LEVELS];
         for (layer, (column, row)) in &self.cells {
             counts[usize::from(field.coarse(*layer, (column + shift.0, row + shift.1)))] += 1;
         }
-        let (mut left, mut sum) = (kept, 0);
-        for (level, count) in counts.iter().enumerate() {
-            let taken = left.min(usize::from(*count));
-            sum += taken * (2 * level.saturating_sub(slack) + 1);
-            left -= taken;
-            if left == 0 {
-                break;
+        mean_of(&counts, field, kept, slack)
+    }
+
+    /// Counts the levels for every position of the lattice at once: what one point meets at neighboring positions lies in
+    /// neighboring cells.
+    fn count_all(&mut self, field: &Field, step: i32, steps: i32) {
+        let side = (2 * steps + 1) as usize;
+        self.counts.clear();
+        self.counts.resize(side * side, [0; COARSE_LEVELS]);
+        for (layer, (column, row)) in &self.cells {
+            for (j, counts) in (-steps..=steps).zip(self.counts.chunks_exact_mut(side)) {
+                let first = (column - steps * step, row + j * step);
+                field.coarse_row(*layer, first, step, side, |n, level| counts[n][usize::from(level)] += 1);
             }
         }
-        sum as f64 / (2 * kept) as f64 * field.cap_m() / COARSE_LEVELS as f64
     }
 
     fn distinct(&mut self, wanted: usize) -> &[Hypothesis] {
@@ -211,6 +223,20 @@ impl Search {
         }
         chosen
     }
+}
+
+/// Mean of the `kept` smallest distances of which each level's number is known, each less by `slack` levels; meters.
+fn mean_of(counts: &Counts, field: &Field, kept: usize, slack: usize) -> f64 {
+    let (mut left, mut sum) = (kept, 0);
+    for (level, count) in counts.iter().enumerate() {
+        let taken = left.min(usize::from(*count));
+        sum += taken * (2 * level.saturating_sub(slack) + 1);
+        left -= taken;
+        if left == 0 {
+            break;
+        }
+    }
+    sum as f64 / (2 * kept) as f64 * field.cap_m() / COARSE_LEVELS as f64
 }
 
 #[cfg(test)]

@@ -17,6 +17,8 @@ const EMPTY: u32 = u32::MAX;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RingImage {
     cells: Vec<u32>,
+    /// The column of every hit.
+    columns: Vec<u16>,
     rings: usize,
 }
 
@@ -26,8 +28,10 @@ impl RingImage {
         self.rings = usize::from(rings);
         self.cells.clear();
         self.cells.resize(self.rings * COLUMNS, EMPTY);
-        for (index, hit) in hits.iter().enumerate() {
-            let cell = &mut self.cells[usize::from(hit.ring) * COLUMNS + column_of(hit.bearing_rad)];
+        self.columns.clear();
+        self.columns.extend(hits.iter().map(|hit| column_of(hit.bearing_rad) as u16));
+        for (index, (hit, column)) in hits.iter().zip(&self.columns).enumerate() {
+            let cell = &mut self.cells[usize::from(hit.ring) * COLUMNS + usize::from(*column)];
             if *cell == EMPTY || hits[*cell as usize].level_m > hit.level_m {
                 *cell = index as u32;
             }
@@ -35,26 +39,29 @@ impl RingImage {
     }
 
     /// A hit and the three above it, if all are of the same upright thing.
-    pub(crate) fn chain(&self, hits: &[Hit], hit: &Hit) -> Option<[Hit; 4]> {
-        let first = self.above(hits, hit)?;
+    pub(crate) fn chain(&self, hits: &[Hit], index: usize) -> Option<[Hit; 4]> {
+        let first = self.above(hits, index)?;
         let second = self.above(hits, first)?;
-        Some([*hit, *first, *second, *self.above(hits, second)?])
+        let third = self.above(hits, second)?;
+        Some([hits[index], hits[first], hits[second], hits[third]])
     }
 
     /// The return right above a hit, of the next ring and the same column, if it met the same upright thing.
-    fn above<'a>(&self, hits: &'a [Hit], hit: &Hit) -> Option<&'a Hit> {
-        let ring = usize::from(hit.ring) + 1;
+    fn above(&self, hits: &[Hit], index: usize) -> Option<usize> {
+        let ring = usize::from(hits[index].ring) + 1;
         if ring >= self.rings {
             return None;
         }
-        let index = self.cells[ring * COLUMNS + column_of(hit.bearing_rad)];
-        (index != EMPTY).then(|| &hits[index as usize]).filter(|other| is_same_upright(hit, other))
+        let other = self.cells[ring * COLUMNS + usize::from(self.columns[index])];
+        let is_same = |other: &usize| is_same_upright(&hits[index], &hits[*other]);
+        (other != EMPTY).then_some(other as usize).filter(is_same)
     }
 
     /// Whether a neighboring ring, in the same or the next column, met the same upright thing: less than half a
     /// meter apart in level distance, and steeper than 45 degrees.
-    pub(crate) fn is_upright(&self, hits: &[Hit], hit: &Hit) -> bool {
-        let (ring, column) = (usize::from(hit.ring), column_of(hit.bearing_rad));
+    pub(crate) fn is_upright(&self, hits: &[Hit], index: usize) -> bool {
+        let hit = &hits[index];
+        let (ring, column) = (usize::from(hit.ring), usize::from(self.columns[index]));
         let columns = [(column + COLUMNS - 1) % COLUMNS, column, (column + 1) % COLUMNS];
         let rings = [ring.checked_sub(1), Some(ring + 1).filter(|above| *above < self.rings)];
         rings.into_iter().flatten().any(|ring| {
@@ -73,7 +80,10 @@ fn is_same_upright(hit: &Hit, other: &Hit) -> bool {
 
 fn column_of(bearing_rad: f64) -> usize {
     // Bearings may come from -pi to pi or from 0 to two pi.
-    (((bearing_rad + PI).rem_euclid(TAU) / TAU * COLUMNS as f64) as usize).min(COLUMNS - 1)
+    let from_back_rad = bearing_rad + PI;
+    let is_in_turn = (0.0..TAU).contains(&from_back_rad);
+    let in_turn_rad = if is_in_turn { from_back_rad } else { from_back_rad.rem_euclid(TAU) };
+    ((in_turn_rad / TAU * COLUMNS as f64) as usize).min(COLUMNS - 1)
 }
 
 #[cfg(test)]
@@ -89,7 +99,7 @@ mod tests {
     fn upright(hits: &[Hit]) -> Vec<bool> {
         let mut image = RingImage::default();
         image.fill(hits, 16);
-        hits.iter().map(|hit| image.is_upright(hits, hit)).collect()
+        (0..hits.len()).map(|index| image.is_upright(hits, index)).collect()
     }
 
     #[test]
