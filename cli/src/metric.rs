@@ -52,6 +52,9 @@ pub(crate) const POSE: &[Metric<Score, PublishedRow>] = &[
     pose("APE RMSE (m)", 4, |s| Some(s.ape.rmse), |_| None),
     pose("ATE RMSE, SE(2) (m)", 4, |s| s.ape_se2.map(|stats| stats.rmse), |_| None),
     pose("RPE RMSE (m)", 4, |s| s.rpe_translation.map(|stats| stats.rmse), |_| None),
+    pose("error over covariance, ANEES", 2, |s| s.consistency.map(|c| c.anees), |_| None),
+    pose("outside of 95 % ellipsoid (%)", 1, |s| s.consistency.map(|c| c.outside_95_percent), |_| None),
+    pose("confidently wrong poses", 0, |s| s.consistency.map(|c| c.confidently_wrong as f64), |_| None),
 ];
 
 /// Numbers of a map.

@@ -174,14 +174,18 @@ pub(crate) fn simulate(
             let trajectory = trace.trajectory(&system.name);
             let stamps: Vec<Time> = trajectory.poses().iter().map(|(stamp, _)| *stamp).collect();
             let settings = ScoreSettings::new(Alignment::None, PoseTime::SweepEnd);
+            let said = trace.estimates.get(&system.name).map_or(&[][..], Vec::as_slice);
             let score = resample(&path, &stamps)
-                .and_then(|reference| score(&reference, &trajectory, &settings))
+                .and_then(|reference| {
+                    let score = score(&reference, &trajectory, &settings)?;
+                    score.with_covariances(&reference, &trajectory, said, &settings)
+                })
                 .map_err(|error| error.to_string());
             let map = system.slam.map();
             let map_score = map.as_ref().and_then(|map| {
                 score_map(&truth_map, map, &world_from_map, MapScoreSettings::default()).ok()
             });
-            let health = count(trace.estimates.get(&system.name).map_or(&[], Vec::as_slice));
+            let health = count(said);
             SystemResult {
                 name: system.name.clone(),
                 trajectory,
@@ -284,13 +288,18 @@ pub(crate) fn replay(
         .zip(&stopwatches)
         .map(|(system, stopwatch)| {
             let trajectory = trace.trajectory(&system.name);
+            let said = trace.estimates.get(&system.name).map_or(&[][..], Vec::as_slice);
             let scored = match &reference {
                 Some(reference) => {
                     let settings = ScoreSettings {
                         has_heading: reference.has_heading,
                         ..ScoreSettings::new(alignment, reference.pose_time)
                     };
-                    score(&reference.trajectory, &trajectory, &settings).map_err(|error| error.to_string())
+                    score(&reference.trajectory, &trajectory, &settings)
+                        .and_then(|score| {
+                            score.with_covariances(&reference.trajectory, &trajectory, said, &settings)
+                        })
+                        .map_err(|error| error.to_string())
                 }
                 None => Err("the recording holds no reference".to_owned()),
             };
@@ -299,7 +308,7 @@ pub(crate) fn replay(
                 score: scored,
                 map: system.slam.map(),
                 map_score: None,
-                health: count(trace.estimates.get(&system.name).map_or(&[], Vec::as_slice)),
+                health: count(said),
                 cpu_ms: Stats::of(&stopwatch.milliseconds()),
                 trajectory,
             }

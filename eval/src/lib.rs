@@ -6,6 +6,7 @@
 mod align;
 mod ape;
 mod associate;
+mod consistency;
 pub mod dataset;
 mod loop_closure;
 mod map;
@@ -18,6 +19,7 @@ mod stats;
 pub use align::{Alignment, align};
 pub use ape::{PoseRelation, ape};
 pub use associate::{Pair, PoseTime, associate, resample};
+pub use consistency::{Consistency, consistency};
 pub use loop_closure::{LoopError, loop_error};
 pub use map::{CellVerdict, MapScore, MapScoreSettings, compare_maps, score_map};
 pub use rpe::{PairSpacing, rpe};

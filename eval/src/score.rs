@@ -8,10 +8,11 @@ pub use error::ScoreError;
 use crate::align::{Alignment, align};
 use crate::ape::{PoseRelation, ape};
 use crate::associate::{Pair, PoseTime, associate};
+use crate::consistency::{Consistency, consistency};
 use crate::loop_closure::loop_error;
 use crate::rpe::{PairSpacing, rpe};
 use crate::stats::{Stats, mean, rms};
-use arborloop_base::{Pose, Span, Time, Trajectory, wrap_angle, yaw_of};
+use arborloop_base::{Estimate, Pose, Span, Time, Trajectory, wrap_angle, yaw_of};
 use serde::{Deserialize, Serialize};
 
 /// How to compare. The instants have no default: the evaluator refuses to guess them.
@@ -128,6 +129,9 @@ pub struct Score {
     /// Spatial error of the motion over each meter of the estimated path, meters (`evo_rpe -r trans_part -d 1 -u m`);
     /// `None` also when the path is shorter.
     pub rpe_translation_per_meter: Option<Stats>,
+    /// How the errors compare with the covariances that came with the estimates; `None` where none came, and until
+    /// [`Score::with_covariances`] is told them.
+    pub consistency: Option<Consistency>,
     /// The error at every sample, for plots. Not part of the written metrics.
     #[serde(skip)]
     pub errors: Vec<ErrorSample>,
@@ -201,8 +205,27 @@ pub fn score(
         rpe_translation: summary(rpe(&pairs, PoseRelation::Translation, step)),
         rpe_rotation_deg: summary(rpe(&pairs, PoseRelation::RotationAngle, step)),
         rpe_translation_per_meter: summary(rpe(&pairs, PoseRelation::Translation, per_meter)),
+        consistency: None,
         errors,
     })
+}
+
+impl Score {
+    /// Adds how the errors of `estimate` compare with the covariances that its poses were `said` with; reference, estimate
+    /// and settings are those of the score.
+    ///
+    /// # Errors
+    /// Those of [`consistency`].
+    pub fn with_covariances(
+        mut self,
+        reference: &Trajectory,
+        estimate: &Trajectory,
+        said: &[Estimate],
+        settings: &ScoreSettings,
+    ) -> Result<Score, ScoreError> {
+        self.consistency = consistency(reference, estimate, said, settings, &self.reference_from_estimate)?;
+        Ok(self)
+    }
 }
 
 fn check(reference: &Trajectory, estimate: &Trajectory, settings: &ScoreSettings) -> Result<(), ScoreError> {

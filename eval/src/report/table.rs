@@ -44,6 +44,8 @@ pub(super) struct Entry {
 enum Better {
     Lower,
     Higher,
+    /// A number to be near, which no system is marked for.
+    Neither,
 }
 
 type ScoreMetric = (
@@ -52,30 +54,34 @@ type ScoreMetric = (
     &'static str,
     fn(&Score) -> Option<f64>,
     fn(&PublishedRow) -> Option<Published>,
+    Better,
 );
 
 #[rustfmt::skip]
-const SCORE_ROWS: [ScoreMetric; 20] = [
-    ("Position, mean", "m", "position_mean_m", |s| Some(s.position_mean_m), |p| p.position_mean_m),
-    ("Position, RMS", "m", "position_rms_m", |s| Some(s.position_rms_m), |p| p.position_rms_m),
-    ("Position, largest", "m", "position_max_m", |s| Some(s.position_max_m), |_| None),
-    ("Heading, mean", "deg", "heading_mean_deg", |s| s.heading_mean_deg, |_| None),
-    ("Heading, RMS", "deg", "heading_rms_deg", |s| s.heading_rms_deg, |_| None),
-    ("Loop", "m", "loop_m", |s| Some(s.loop_m), |p| p.loop_m),
-    ("Loop, heading", "deg", "loop_heading_deg", |s| s.loop_heading_deg, |_| None),
-    ("Error over path", "%", "error_ratio_percent", |s| s.error_ratio_percent, |p| p.error_ratio_percent),
-    ("Position step, mean", "m", "position_increment_mean_m", |s| Some(s.position_increment_mean_m), |p| p.position_increment_mean_m),
-    ("Position step, RMS", "m", "position_increment_rms_m", |s| Some(s.position_increment_rms_m), |p| p.position_increment_rms_m),
-    ("Heading step, mean", "deg", "heading_increment_mean_deg", |s| s.heading_increment_mean_deg, |_| None),
-    ("Heading step, RMS", "deg", "heading_increment_rms_deg", |s| s.heading_increment_rms_deg, |_| None),
-    ("Motion direction, mean", "rad", "motion_direction_mean_rad", |s| s.motion_direction_mean_rad, |p| p.motion_direction_mean_rad),
-    ("Motion direction, RMS", "rad", "motion_direction_rms_rad", |s| s.motion_direction_rms_rad, |p| p.motion_direction_rms_rad),
-    ("Motion direction step, mean", "rad", "motion_direction_increment_mean_rad", |s| s.motion_direction_increment_mean_rad, |p| p.motion_direction_increment_mean_rad),
-    ("Motion direction step, RMS", "rad", "motion_direction_increment_rms_rad", |s| s.motion_direction_increment_rms_rad, |p| p.motion_direction_increment_rms_rad),
-    ("ATE, SE(2) fitted, RMSE", "m", "ape_se2.rmse", |s| s.ape_se2.map(|ape| ape.rmse), |_| None),
-    ("APE in space, RMSE", "m", "ape.rmse", |s| Some(s.ape.rmse), |_| None),
-    ("RPE per sample, RMSE", "m", "rpe_translation.rmse", |s| s.rpe_translation.map(|rpe| rpe.rmse), |_| None),
-    ("RPE per sample, RMSE", "deg", "rpe_rotation_deg.rmse", |s| s.rpe_rotation_deg.map(|rpe| rpe.rmse), |_| None),
+const SCORE_ROWS: [ScoreMetric; 23] = [
+    ("Position, mean", "m", "position_mean_m", |s| Some(s.position_mean_m), |p| p.position_mean_m, Better::Lower),
+    ("Position, RMS", "m", "position_rms_m", |s| Some(s.position_rms_m), |p| p.position_rms_m, Better::Lower),
+    ("Position, largest", "m", "position_max_m", |s| Some(s.position_max_m), |_| None, Better::Lower),
+    ("Heading, mean", "deg", "heading_mean_deg", |s| s.heading_mean_deg, |_| None, Better::Lower),
+    ("Heading, RMS", "deg", "heading_rms_deg", |s| s.heading_rms_deg, |_| None, Better::Lower),
+    ("Loop", "m", "loop_m", |s| Some(s.loop_m), |p| p.loop_m, Better::Lower),
+    ("Loop, heading", "deg", "loop_heading_deg", |s| s.loop_heading_deg, |_| None, Better::Lower),
+    ("Error over path", "%", "error_ratio_percent", |s| s.error_ratio_percent, |p| p.error_ratio_percent, Better::Lower),
+    ("Position step, mean", "m", "position_increment_mean_m", |s| Some(s.position_increment_mean_m), |p| p.position_increment_mean_m, Better::Lower),
+    ("Position step, RMS", "m", "position_increment_rms_m", |s| Some(s.position_increment_rms_m), |p| p.position_increment_rms_m, Better::Lower),
+    ("Heading step, mean", "deg", "heading_increment_mean_deg", |s| s.heading_increment_mean_deg, |_| None, Better::Lower),
+    ("Heading step, RMS", "deg", "heading_increment_rms_deg", |s| s.heading_increment_rms_deg, |_| None, Better::Lower),
+    ("Motion direction, mean", "rad", "motion_direction_mean_rad", |s| s.motion_direction_mean_rad, |p| p.motion_direction_mean_rad, Better::Lower),
+    ("Motion direction, RMS", "rad", "motion_direction_rms_rad", |s| s.motion_direction_rms_rad, |p| p.motion_direction_rms_rad, Better::Lower),
+    ("Motion direction step, mean", "rad", "motion_direction_increment_mean_rad", |s| s.motion_direction_increment_mean_rad, |p| p.motion_direction_increment_mean_rad, Better::Lower),
+    ("Motion direction step, RMS", "rad", "motion_direction_increment_rms_rad", |s| s.motion_direction_increment_rms_rad, |p| p.motion_direction_increment_rms_rad, Better::Lower),
+    ("ATE, SE(2) fitted, RMSE", "m", "ape_se2.rmse", |s| s.ape_se2.map(|ape| ape.rmse), |_| None, Better::Lower),
+    ("APE in space, RMSE", "m", "ape.rmse", |s| Some(s.ape.rmse), |_| None, Better::Lower),
+    ("RPE per sample, RMSE", "m", "rpe_translation.rmse", |s| s.rpe_translation.map(|rpe| rpe.rmse), |_| None, Better::Lower),
+    ("RPE per sample, RMSE", "deg", "rpe_rotation_deg.rmse", |s| s.rpe_rotation_deg.map(|rpe| rpe.rmse), |_| None, Better::Lower),
+    ("Error over its covariance, ANEES (1 is honest)", "", "consistency.anees", |s| s.consistency.map(|c| c.anees), |_| None, Better::Neither),
+    ("Errors outside of their 95 % ellipsoid", "%", "consistency.outside_95_percent", |s| s.consistency.map(|c| c.outside_95_percent), |_| None, Better::Neither),
+    ("Poses confidently wrong", "", "consistency.confidently_wrong", |s| s.consistency.map(|c| c.confidently_wrong as f64), |_| None, Better::Lower),
 ];
 
 type MapMetric = (
@@ -102,11 +108,11 @@ pub(super) fn scores(input: &ReportInput) -> Table {
     let systems: Vec<&SystemReport> = input.systems.iter().collect();
     let mut rows: Vec<Row> = SCORE_ROWS
         .iter()
-        .map(|(label, unit, key, ours, theirs)| {
+        .map(|(label, unit, key, ours, theirs, better)| {
             let values =
                 systems.iter().map(|system| system.score.as_ref().and_then(ours)).collect::<Vec<_>>();
             let published = input.published.iter().map(|row| printed(theirs(row))).collect();
-            row((label, unit, key), &values, &systems, input, Better::Lower, published)
+            row((label, unit, key), &values, &systems, input, *better, published)
         })
         .collect();
     let stated = |label, unit, say: fn(&Score) -> String| Row {
@@ -195,6 +201,7 @@ fn row(
     let best = match better {
         Better::Lower => known().reduce(f64::min),
         Better::Higher => known().reduce(f64::max),
+        Better::Neither => None,
     };
     let several = known().count() > 1;
     let asked: Vec<&Expectation> = input.expectations.iter().filter(|asked| asked.metric == key).collect();

@@ -13,7 +13,7 @@ const RATES: [f64; 3] = [0.1, 0.1, 0.17];
 /// ones err stays in it. Meters and ratio; radians for the heading.
 const MAP_M: f64 = 0.01;
 const MAP_RATIO: f64 = 0.002;
-const MAP_RAD: f64 = 0.002;
+const MAP_RAD: f64 = 0.003;
 /// Height, roll and pitch are taken as those of the first sweep: meters and radians.
 const HEIGHT_M: f64 = 0.05;
 const TILT_RAD: f64 = 0.052;
