@@ -25,8 +25,10 @@ impl Run {
     /// One system against the truth, nothing aligned: `map` and `start` are one frame, because the robot stands at
     /// first.
     pub(crate) fn score(&self, system: &str) -> Score {
-        let path = trajectory(&self.estimates[system]);
-        score(&self.truth, &path, &ScoreSettings::new(Alignment::None, PoseTime::SweepEnd)).unwrap()
+        let said = &self.estimates[system];
+        let (path, settings) = (trajectory(said), ScoreSettings::new(Alignment::None, PoseTime::SweepEnd));
+        let score = score(&self.truth, &path, &settings).unwrap();
+        score.with_covariances(&self.truth, &path, said, &settings).unwrap()
     }
 }
 

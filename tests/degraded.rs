@@ -64,3 +64,25 @@ fn a_lap_with_a_third_of_the_returns_lost_is_survived() {
     let last = &run.estimates["mhd"][run.truth.len() - 10..];
     assert!(last.iter().all(|estimate| estimate.health == Health::Tracking));
 }
+
+#[test]
+fn blind_for_half_a_second_or_three_mhd_says_so_finds_itself_again_and_is_honest_about_its_errors() {
+    for for_s in [0.5, 3.0] {
+        let blind = format!("fault=[{{kind='blackout', from_s=8.0, for_s={for_s:?}}}]");
+        let run = check(&["gait.mode='strides'", &blind], &["mhd"], Driver::Truth);
+        is_sound(&run);
+        let estimates = &run.estimates["mhd"];
+        let lasts = estimates.iter().filter(|estimate| estimate.health != Health::Tracking).count() as f64;
+        assert!(lasts >= 10.0 * for_s - 1.0 && lasts < 10.0 * for_s + 5.0, "not tracking for {lasts} sweeps");
+        let score = run.score("mhd");
+        let consistency = score.consistency.unwrap();
+        println!(
+            "{for_s} s: position {:.4} m, loop {:.4} m, {consistency:?}",
+            score.position_mean_m, score.loop_m
+        );
+        assert!(score.loop_m < 0.06, "{} m", score.loop_m);
+        // Errors about as large as said, in either direction; of 375 poses hardly one far beyond.
+        assert!((0.02..2.0).contains(&consistency.anees), "{consistency:?}");
+        assert!(consistency.confidently_wrong <= 3, "{consistency:?}");
+    }
+}

@@ -15,6 +15,7 @@ pub(crate) const EMBEDDED: &[(&str, &str)] = &[
     ("cone-field", include_str!("../suites/cone-field.toml")),
     ("paper", include_str!("../suites/paper.toml")),
     ("stress", include_str!("../suites/stress.toml")),
+    ("degraded", include_str!("../suites/degraded.toml")),
 ];
 
 /// A suite as written.
