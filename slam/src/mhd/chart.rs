@@ -17,6 +17,15 @@ const OCCUPIED: u8 = 2;
 /// The distance field follows a mean that has moved by more than this, meters.
 const MOVED_M: f32 = 0.005;
 
+/// A cell whose shown point came, moved or went: where it was and where it is, meters from the cell's center.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Change {
+    pub(crate) layer: usize,
+    pub(crate) cell: CellIndex,
+    pub(crate) before: Option<(f32, f32)>,
+    pub(crate) now: Option<(f32, f32)>,
+}
+
 /// What beams say of one cell of a layer: four bytes, because a key frame asks for tens of thousands of cells that lie
 /// all over the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -54,7 +63,7 @@ struct Layer {
 pub(crate) struct Chart {
     cell_m: f64,
     layers: Vec<Layer>,
-    changes: Vec<(usize, CellIndex)>,
+    changes: Vec<Change>,
     frame: u16,
 }
 
@@ -102,9 +111,10 @@ impl Chart {
             spot.mean.1 += (from_center(at.y, cell.1) - spot.mean.1) * share;
             let moved_m = (spot.mean.0 - spot.shown.0).hypot(spot.mean.1 - spot.shown.1);
             if seen.evidence >= OCCUPIED && (*shown & bit == 0 || moved_m > MOVED_M) {
+                let before = (*shown & bit != 0).then_some(spot.shown);
+                self.changes.push(Change { layer: feature.layer, cell, before, now: Some(spot.mean) });
                 *shown |= bit;
                 spot.shown = spot.mean;
-                self.changes.push((feature.layer, cell));
             }
         }
         for clearing in clearings {
@@ -138,15 +148,16 @@ impl Chart {
                     spot.count = 0;
                     if *shown & bit != 0 {
                         *shown &= !bit;
-                        self.changes.push((clearing.layer, cell));
+                        let before = Some(spot.shown);
+                        self.changes.push(Change { layer: clearing.layer, cell, before, now: None });
                     }
                 }
             });
         }
     }
 
-    /// The cells (with their layer) whose shown point came, moved or went since the last call.
-    pub(crate) fn take_changes(&mut self) -> Vec<(usize, CellIndex)> {
+    /// What changed since the last call, in order.
+    pub(crate) fn take_changes(&mut self) -> Vec<Change> {
         std::mem::take(&mut self.changes)
     }
 
@@ -339,7 +350,7 @@ mod tests {
         };
         chart.draw(&STILL, &[at(far, 0.05), at(2.0, 0.05)], &[]);
         assert_eq!(drawn(&chart), Cell::Unknown);
-        assert!(chart.take_changes().iter().any(|(_, cell)| cell.0 == (far / 0.1) as i32));
+        assert!(chart.take_changes().iter().any(|change| change.cell.0 == (far / 0.1) as i32));
         let beside = Motion { pose: Vector3::new(10.0, 0.0, 0.0), ..STILL };
         chart.draw(&beside, &[at(far - 10.0, 0.05)], &[]);
         assert_eq!(drawn(&chart), Cell::Occupied);

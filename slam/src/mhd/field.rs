@@ -4,9 +4,8 @@
 //! its raster. Distances are capped. The field lies in tiles where the map has points, and a key frame costs only the
 //! tiles near what it changed.
 
-use super::chart::Chart;
+use super::chart::{Change, Chart};
 use crate::raster::{CellIndex, Raster, cell_at};
-use std::collections::BTreeSet;
 
 /// Levels of the coarse copy that the search reads: one byte per cell keeps it in the cache.
 pub(crate) const COARSE_LEVELS: usize = 64;
@@ -33,6 +32,39 @@ struct Tile {
     /// Nearest point of every cell center, meters from the tile's first cell center; far away for none.
     nearest: [(f32, f32); NODES * NODES],
     coarse: [u8; SIDE * SIDE],
+    /// Whether it waits to be measured anew.
+    is_outdated: bool,
+}
+
+/// Side of a cell and the cap, meters.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    cell_m: f32,
+    cap_m: f32,
+}
+
+impl Span {
+    /// The nodes along an axis that a point there may be within the cap of; a hair more, for rounding.
+    fn nodes(self, at_m: f32) -> std::ops::RangeInclusive<usize> {
+        let node = |n: f32| (n as i32).clamp(0, NODES as i32 - 1) as usize;
+        node((at_m - self.cap_m) / self.cell_m + 0.99)..=node((at_m + self.cap_m) / self.cell_m + 0.01)
+    }
+
+    /// The square of the distance from a node to a point, meters^2.
+    fn square(self, (i, j): (usize, usize), (x, y): (f32, f32)) -> f32 {
+        (i as f32 * self.cell_m - x).powi(2) + (j as f32 * self.cell_m - y).powi(2)
+    }
+
+    /// The level of the coarse copy.
+    fn level(self, square_m2: f32) -> u8 {
+        (square_m2.sqrt() * (COARSE_LEVELS as f32 / self.cap_m)).min((COARSE_LEVELS - 1) as f32) as u8
+    }
+}
+
+/// The first cell center of a tile, meters.
+fn corner_m((i, j): CellIndex, cell_m: f64) -> (f64, f64) {
+    let along = |tile: i32| (f64::from(tile * SIDE as i32) + 0.5) * cell_m;
+    (along(i), along(j))
 }
 
 /// The tiles of one layer.
@@ -48,7 +80,8 @@ pub(crate) struct Field {
     cell_m: f64,
     cap_m: f64,
     sheets: Vec<Sheet>,
-    dirty: BTreeSet<(usize, CellIndex)>,
+    /// Tiles to be measured anew: layer, place and slot.
+    outdated: Vec<(usize, CellIndex, u32)>,
 }
 
 /// Distance and its gradient at one place.
@@ -68,7 +101,7 @@ impl Field {
             cell_m,
             cap_m,
             sheets: vec![Sheet { index, tiles: Vec::new() }; layers],
-            dirty: BTreeSet::new(),
+            outdated: Vec::new(),
         }
     }
 
@@ -82,27 +115,47 @@ impl Field {
         self.cell_m
     }
 
-    /// Follows the changes of the map since the last call.
+    /// Follows the changes of the map since the last call. What a new point is nearest to is told at once; a tile in
+    /// which a point that moved or went was the nearest of some center is measured anew.
     pub(crate) fn follow(&mut self, chart: &mut Chart) {
-        let reach = self.reach();
-        for (layer, (column, row)) in chart.take_changes() {
+        let (cell_m, cap_m, reach) = (self.cell_m, self.cap_m, self.reach());
+        for change in chart.take_changes() {
+            let Change { layer, cell: (column, row), before, now } = change;
+            let sheet = &mut self.sheets[layer];
             // The node beyond a tile's last cell belongs to it too, hence one more to the lower side.
             for j in tile_of(row - reach - 1)..=tile_of(row + reach) {
                 for i in tile_of(column - reach - 1)..=tile_of(column + reach) {
-                    self.dirty.insert((layer, (i, j)));
+                    sheet.index.cover((i, j), (i, j));
+                    let Some(slot) = sheet.index.get_mut((i, j)) else { continue };
+                    if *slot == NO_TILE {
+                        *slot = sheet.tiles.len() as u32;
+                        sheet.tiles.push(Tile::EMPTY);
+                    }
+                    let tile = &mut sheet.tiles[*slot as usize];
+                    if tile.is_outdated {
+                        continue;
+                    }
+                    let corner = corner_m((i, j), cell_m);
+                    let from_corner = |(x, y): (f32, f32)| {
+                        let along = |cell: i32, off: f32, corner: f64| {
+                            ((f64::from(cell) + 0.5) * cell_m + f64::from(off) - corner) as f32
+                        };
+                        (along(column, x, corner.0), along(row, y, corner.1))
+                    };
+                    let span = Span { cell_m: cell_m as f32, cap_m: cap_m as f32 };
+                    tile.is_outdated = before.is_some_and(|before| tile.leans_on(from_corner(before), span));
+                    if tile.is_outdated {
+                        self.outdated.push((layer, (i, j), *slot));
+                    } else if let Some(now) = now {
+                        tile.add(from_corner(now), span);
+                    }
                 }
             }
         }
-        let (cell_m, cap_m) = (self.cell_m, self.cap_m);
-        while let Some((layer, place)) = self.dirty.pop_first() {
-            let sheet = &mut self.sheets[layer];
-            sheet.index.cover(place, place);
-            let Some(slot) = sheet.index.get_mut(place) else { continue };
-            if *slot == NO_TILE {
-                *slot = sheet.tiles.len() as u32;
-                sheet.tiles.push(Tile { nearest: [NOWHERE; NODES * NODES], coarse: [0; SIDE * SIDE] });
-            }
-            sheet.tiles[*slot as usize].measure(chart, layer, place, reach, cell_m, cap_m);
+        for (layer, place, slot) in self.outdated.drain(..) {
+            let tile = &mut self.sheets[layer].tiles[slot as usize];
+            tile.measure(chart, layer, place, reach, cell_m, cap_m);
+            tile.is_outdated = false;
         }
     }
 
@@ -197,6 +250,35 @@ impl Sheet {
 }
 
 impl Tile {
+    /// Nothing is near.
+    const EMPTY: Tile = Tile {
+        nearest: [NOWHERE; NODES * NODES],
+        coarse: [(COARSE_LEVELS - 1) as u8; SIDE * SIDE],
+        is_outdated: false,
+    };
+
+    /// Whether a point is the nearest of any cell center.
+    fn leans_on(&self, point: (f32, f32), span: Span) -> bool {
+        let (columns, mut rows) = (span.nodes(point.0), span.nodes(point.1));
+        rows.any(|j| self.nearest[j * NODES..][columns.clone()].contains(&point))
+    }
+
+    /// Takes in a new point.
+    fn add(&mut self, point: (f32, f32), span: Span) {
+        for j in span.nodes(point.1) {
+            for i in span.nodes(point.0) {
+                let nearest = &mut self.nearest[j * NODES + i];
+                let square = span.square((i, j), point);
+                if square < span.cap_m * span.cap_m && square < span.square((i, j), *nearest) {
+                    *nearest = point;
+                    if i < SIDE && j < SIDE {
+                        self.coarse[j * SIDE + i] = span.level(square);
+                    }
+                }
+            }
+        }
+    }
+
     /// Finds the nearest point of every cell center among those of the chart within the cap.
     fn measure(
         &mut self,
@@ -210,8 +292,9 @@ impl Tile {
         let low = (place.0 * SIDE as i32, place.1 * SIDE as i32);
         let far = reach + SIDE as i32;
         // From the tile's first cell center: f32 is exact enough there, anywhere on the map.
-        let corner = ((f64::from(low.0) + 0.5) * cell_m, (f64::from(low.1) + 0.5) * cell_m);
+        let corner = corner_m(place, cell_m);
         let (cell_m, cap_m) = (cell_m as f32, cap_m as f32);
+        let span = Span { cell_m, cap_m };
         let mut points = vec![NOWHERE];
         // Squared distance in the upper bits and the point's index in the lower: positive floats rank as their bits do, so
         // one minimum keeps both, which the compiler turns into vectors. The distance loses 1e-4 of itself in the ranking.
@@ -221,11 +304,6 @@ impl Tile {
             std::array::from_fn(|word| std::array::from_fn(|lane| (word * LANES + lane) as f32 * cell_m));
         let side = (NODES - 1) as f32 * cell_m;
         let outside = |n: f32| n - n.clamp(0.0, side);
-        // The nodes that a point may be within the cap of; a hair more, for rounding.
-        let nodes_per_m = 1.0 / cell_m;
-        let node = |n: f32| (n as i32).clamp(0, NODES as i32 - 1) as usize;
-        let first = |n: f32| node((n - cap_m) * nodes_per_m + 0.99);
-        let last = |n: f32| node((n + cap_m) * nodes_per_m + 0.01);
         chart.points(layer, (low.0 - reach, low.1 - reach), (low.0 + far, low.1 + far), |x_m, y_m| {
             let (x, y) = ((x_m - corner.0) as f32, (y_m - corner.1) as f32);
             if outside(x).powi(2) + outside(y).powi(2) >= cap_m * cap_m {
@@ -236,8 +314,10 @@ impl Tile {
                 return;
             }
             points.push((x, y));
-            let words = first(x) / LANES..last(x) / LANES + 1;
-            for (j, line) in keys.iter_mut().enumerate().take(last(y) + 1).skip(first(y)) {
+            let columns = span.nodes(x);
+            let words = columns.start() / LANES..columns.end() / LANES + 1;
+            for j in span.nodes(y) {
+                let line = &mut keys[j];
                 let dy = j as f32 * cell_m - y;
                 let square = dy * dy;
                 for (keys, along) in line[words.clone()].iter_mut().zip(&along[words.clone()]) {
@@ -251,12 +331,9 @@ impl Tile {
                 *nearest = points[(key & INDEX_MASK) as usize];
             }
         }
-        let scale = COARSE_LEVELS as f32 / cap_m;
         for (index, level) in self.coarse.iter_mut().enumerate() {
             let (i, j) = (index % SIDE, index / SIDE);
-            let (x, y) = self.nearest[j * NODES + i];
-            let distance_m = ((i as f32 * cell_m - x).powi(2) + (j as f32 * cell_m - y).powi(2)).sqrt();
-            *level = (distance_m * scale).min((COARSE_LEVELS - 1) as f32) as u8;
+            *level = span.level(span.square((i, j), self.nearest[j * NODES + i]));
         }
     }
 }
