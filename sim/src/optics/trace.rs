@@ -73,7 +73,9 @@ struct Standing {
     world_from_plant: Map,
     /// Around all of it, seen from the scene's center.
     resting: Aabb,
-    /// The same with all shoots as far to both sides as they ever shift.
+    /// The same with all leaves turned as far to both sides as can be, then with all shoots as far to both sides as they
+    /// ever shift besides.
+    turned: Aabb,
     blown: Aabb,
     /// How far that is, meters.
     shoot_m_max: f64,
@@ -228,18 +230,18 @@ impl Scene {
 
     /// The box of all that a plant fills while it drifts no farther than this, seen from the scene's center.
     fn filled(&self, world: &World, index: usize, drift: &Drift) -> Aabb {
-        let (standing, plant) = (&self.plants[index], &world.plants[index]);
-        let Standing { resting, blown, shoot_m_max, .. } = standing;
+        let Standing { resting, turned, blown, shoot_m_max, .. } = &self.plants[index];
         if !resting.is_real() {
             return *resting;
         }
-        // Sides are convex in how far shoots shift.
-        let share = if *shoot_m_max > 0.0 { drift.shoot_m / shoot_m_max } else { 0.0 };
-        let leaf_m = f64::from(self.grown[plant.prototype].half_v_m_max) * 2.0 * (0.5 * drift.leaf_rad).sin();
-        let low = resting.low + (blown.low - resting.low) * share;
-        let high = resting.high + (blown.high - resting.high) * share;
-        let room = Vector3::repeat(leaf_m * plant.world_from_plant.scaling());
-        let corners = [low + self.center.coords - room, high + self.center.coords + room];
+        // Sides are convex in how far shoots shift and leaves turn together.
+        let shift = if *shoot_m_max > 0.0 { drift.shoot_m / shoot_m_max } else { 0.0 };
+        let turn = (drift.leaf_rad.sin() / shoot::LEAF_SIN_MAX).max(shift);
+        let side = |resting: &Point3<f64>, turned: &Point3<f64>, blown: &Point3<f64>| {
+            resting + (turned - resting) * (turn - shift) + (blown - resting) * shift + self.center.coords
+        };
+        let corners =
+            [side(&resting.low, &turned.low, &blown.low), side(&resting.high, &turned.high, &blown.high)];
         let [low, high] = world.wind.swept(index, drift, corners);
         Aabb { low: low - self.center.coords, high: high - self.center.coords }
     }
@@ -272,18 +274,21 @@ impl Standing {
     fn new(plant: &Plant, parts: &[Part], center: &Point3<f64>, shoot_m_max: f64) -> Self {
         let map = |pose: &Similarity3<f64>| Map::new(&Affine3::from_matrix_unchecked(pose.to_homogeneous()));
         let world_from_plant = &plant.world_from_plant;
-        let (mut resting, mut blown) = (Aabb::empty(), Aabb::empty());
+        let (mut resting, mut turned, mut blown) = (Aabb::empty(), Aabb::empty(), Aabb::empty());
         for part in parts {
-            let rest = part.rest.transformed(|corner| world_from_plant * corner - center.coords);
+            let [rest, turn] = [part.rest, part.turned]
+                .map(|bounds| bounds.transformed(|corner| world_from_plant * corner - center.coords));
             let along = world_from_plant.isometry.rotation * part.along;
             resting = resting.with(&rest);
-            blown = blown.with(&rest.grown(&(along.abs() * shoot_m_max)));
+            turned = turned.with(&turn);
+            blown = blown.with(&turn.grown(&(along.abs() * shoot_m_max)));
         }
         Standing {
             prototype: plant.prototype as u32,
             plant_from_world: map(&world_from_plant.inverse()),
             world_from_plant: map(world_from_plant),
             resting,
+            turned,
             blown,
             shoot_m_max,
         }
@@ -293,6 +298,8 @@ impl Standing {
 /// A box of things that move together, plant frame.
 struct Part {
     rest: Aabb,
+    /// The same with leaves turned as far to both sides as can be.
+    turned: Aabb,
     /// The line along which the wind moves it; zero if it does not.
     along: Vector3<f64>,
 }
@@ -318,7 +325,11 @@ impl Grown {
         let mobility = |node: &Node| Mobility::new(node, &shoots, &prototype.leaves, half_v_m_max);
         let along = |index: usize| shoots.get(index).map_or(Vector3::zeros(), |_| shoot_direction(index));
         let parts = boxes.iter().enumerate().filter(|(_, rest)| rest.is_real());
-        let parts = parts.map(|(index, rest)| Part { rest: *rest, along: along(index) }).collect();
+        let parts = parts.map(|(index, rest)| {
+            let turned = if index < shoots.len() { shoot::turned(index, &prototype.leaves) } else { *rest };
+            Part { rest: *rest, turned, along: along(index) }
+        });
+        let parts = parts.collect();
         let grown = Grown {
             mobility: nodes.iter().map(mobility).collect(),
             nodes,

@@ -129,15 +129,19 @@ impl Node {
     }
 
     fn hang(&mut self, slot: usize, part: &Aabb, child: Child) {
-        self.hold(slot, part);
+        self.hold(slot, part, &self.steps_per_m());
         self.children[slot] = child;
         self.filled |= 1 << slot | if child.kind() == Child::NODE { NODES } else { 0 };
     }
 
+    fn steps_per_m(&self) -> [f64; 3] {
+        self.step.map(|step| 1.0 / f64::from(step))
+    }
+
     /// Holds a child in a box inside the node's own.
-    fn hold(&mut self, slot: usize, part: &Aabb) {
-        for axis in 0..3 {
-            let steps = |place: f64| (place - f64::from(self.low[axis])) / f64::from(self.step[axis]);
+    fn hold(&mut self, slot: usize, part: &Aabb, steps_per_m: &[f64; 3]) {
+        for (axis, steps_per_m) in steps_per_m.iter().enumerate() {
+            let steps = |place: f64| (place - f64::from(self.low[axis])) * steps_per_m;
             // Casts saturate.
             let (low, high) = (steps(part.low[axis]), steps(part.high[axis]));
             self.from[axis][slot] = low as u8;
@@ -149,8 +153,9 @@ impl Node {
     pub(super) fn fit(&mut self, whole: &Aabb, parts: &[Aabb; 8]) {
         let Node { low, step, .. } = Node::around(whole);
         (self.low, self.step) = (low, step);
+        let steps_per_m = self.steps_per_m();
         for (slot, _) in self.things() {
-            self.hold(slot, &parts[slot]);
+            self.hold(slot, &parts[slot], &steps_per_m);
         }
     }
 

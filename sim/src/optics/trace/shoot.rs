@@ -200,6 +200,15 @@ impl Shoot {
     }
 }
 
+/// A box that holds a shoot's leaves, however far they turn: convex in the sine of the turn, from the box at rest on.
+pub(super) fn turned(shoot: usize, leaves: &[Leaf]) -> Aabb {
+    let leaves = leaves.iter().skip(shoot * LEAVES_PER_SHOOT).take(LEAVES_PER_SHOOT);
+    leaves.fold(Aabb::empty(), |all, leaf| {
+        let aside = spur::quarter(leaf).abs() * LEAF_SIN_MAX;
+        all.with(&surface::leaf_bounds(leaf).grown(&aside))
+    })
+}
+
 /// A box that holds a leaf after any turn between two: by interval arithmetic, sine and cosine each on its own.
 fn turned_bounds(leaf: &Leaf, sin: [f64; 2]) -> Aabb {
     let quarter = spur::quarter(leaf);

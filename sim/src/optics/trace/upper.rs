@@ -11,7 +11,7 @@ use arborloop_base::{Span, Time};
 use arborloop_worlds::wind::Drift;
 use arborloop_worlds::{Hinge, World};
 
-/// A gust takes seconds to grow; fitting a thousand boxes takes as long as tracing a hundred rays.
+/// A gust takes seconds to grow; fitting the boxes of a thousand plants takes as long as tracing a thousand rays.
 const STRETCH_NS: i64 = 200_000_000;
 /// Packets and knots at a stretch's border are less than this outside of it.
 const BORDER: Span = Span::from_millis(4);
@@ -28,6 +28,10 @@ pub(super) struct Upper {
     items: Vec<[u32; 8]>,
     /// Where the items are at rest, seen from the scene's center.
     bounds: Vec<Aabb>,
+    /// Around all of each node at rest.
+    wholes: Vec<Aabb>,
+    /// Nodes with a plant in them or below, last ones first: all that wind moves.
+    moving: Vec<u32>,
 }
 
 /// The tree as it was fitted last. One per thread.
@@ -49,22 +53,33 @@ impl Upper {
                 node.children[slot] = children[child.index()];
             }
         }
-        Upper { nodes, items, bounds }
+        let (mut wholes, mut moves) = (vec![Aabb::empty(); nodes.len()], vec![false; nodes.len()]);
+        for (index, node) in nodes.iter().enumerate().rev() {
+            for (slot, child) in node.things() {
+                let node = child.kind() == Child::NODE;
+                moves[index] |= if node { moves[child.index()] } else { child.kind() == PLANT };
+                let part = if node { &wholes[child.index()] } else { &bounds[items[index][slot] as usize] };
+                wholes[index] = wholes[index].with(part);
+            }
+        }
+        let moving = (0..nodes.len() as u32).rev().filter(|&index| moves[index as usize]).collect();
+        Upper { nodes, items, bounds, wholes, moving }
     }
 
     /// Nothing is remembered where nothing moves.
     pub(super) fn fitted(&self, world: &World) -> Fitted {
         let moves = world.wind.blows();
         let copy = || if moves { self.nodes.clone() } else { Vec::new() };
-        let whole = if moves { vec![Aabb::empty(); self.nodes.len()] } else { Vec::new() };
-        Fitted { stretches: std::array::from_fn(|_| (NEVER, copy())), wholes: whole }
+        let wholes = if moves { self.wholes.clone() } else { Vec::new() };
+        Fitted { stretches: std::array::from_fn(|_| (NEVER, copy())), wholes }
     }
 
     /// Memory, bytes.
     pub(super) fn bytes(&self) -> usize {
         self.nodes.capacity() * size_of::<Node>()
             + self.items.capacity() * size_of::<[u32; 8]>()
-            + self.bounds.capacity() * size_of::<Aabb>()
+            + (self.bounds.capacity() + self.wholes.capacity()) * size_of::<Aabb>()
+            + self.moving.capacity() * size_of::<u32>()
     }
 }
 
@@ -94,7 +109,8 @@ impl Fitted {
         let upper = &scene.upper;
         // Limbs of one tree drift alike.
         let mut last: Option<(Hinge, Drift)> = None;
-        for (index, node) in nodes.iter_mut().enumerate().rev() {
+        for index in upper.moving.iter().map(|&index| index as usize) {
+            let node = &mut nodes[index];
             let mut parts = [Aabb::empty(); 8];
             for (slot, child) in node.things() {
                 parts[slot] = match child.kind() {
