@@ -191,6 +191,16 @@ impl Optics {
                 *end_m = hit.map_or(ray.range_m_max, |hit| hit.range_m);
             }
             let begins = self.turbid.begins(rays, &ends_m);
+            if self.turbid.is_grass_alone() {
+                let isa = self.scene.instruction_set();
+                let stops = self.turbid.stops(rays, &begins, &ends_m, isa);
+                for (hit, stop_m) in hits.iter_mut().zip(stops) {
+                    if let Some(stop_m) = stop_m {
+                        *hit = Some(Turbid::blade(&self.world, stop_m));
+                    }
+                }
+                continue;
+            }
             for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate() {
                 let way = (begins[lane], ends_m[lane]);
                 if let Some(soft) = self.turbid.cast(&self.world, &self.scene, ray, way, spans, worker) {

@@ -67,22 +67,26 @@ pub fn encode_as(sweep: &Sweep, mode: ReturnMode) -> Result<Vec<Packet>, WireErr
             .then_some(((after / cycle_ns) as usize, laser))
             .ok_or(WireError::Firing { index, ring: one.ring, fired_after_ns: after })
     };
-    let mut packets: Vec<(usize, Packet)> = Vec::new();
+    let mut packets: Vec<Packet> = Vec::with_capacity(76);
+    // The last packet's number and its first cycle; and the firing that comes next where none is missing.
+    let (mut last, mut begin, mut next) = (None, 0, (0, 0));
     for (index, one) in sweep.returns.iter().enumerate() {
-        let (cycle, laser) = firing(index, one)?;
-        match packets.last() {
-            Some((number, _)) if *number == cycle / cycles => {}
-            Some((number, _)) if *number > cycle / cycles => {
+        let (cycle, laser) = if is_firing(one, next) { next } else { firing(index, one)? };
+        next = if laser + 1 < LASERS { (cycle, laser + 1) } else { (cycle + 1, 0) };
+        if last.is_none() || cycle < begin || cycle >= begin + cycles {
+            let number = cycle / cycles;
+            if last.is_some_and(|last| last > number) {
                 return Err(WireError::Firing {
                     index,
                     ring: one.ring,
                     fired_after_ns: one.fired_after.nanos(),
                 });
             }
-            _ => packets.push((cycle / cycles, blank(sweep.start, cycle / cycles, mode))),
+            packets.push(blank(sweep.start, number, mode));
+            (last, begin) = (Some(number), number * cycles);
         }
-        let Some((_, packet)) = packets.last_mut() else { continue };
-        let pair = cycle % cycles / 2;
+        let Some(packet) = packets.last_mut() else { continue };
+        let pair = (cycle - begin) / 2;
         // The blocks of this pair of cycles, and the one of them that a second return replaces.
         let (first, count) = if mode == ReturnMode::Dual { (2 * pair, 2) } else { (pair, 1) };
         let blocks = &mut packet.payload[first * BLOCK_BYTES..][..count * BLOCK_BYTES];
@@ -101,7 +105,15 @@ pub fn encode_as(sweep: &Sweep, mode: ReturnMode) -> Result<Vec<Packet>, WireErr
             }
         }
     }
-    Ok(packets.into_iter().map(|(_, packet)| packet).collect())
+    Ok(packets)
+}
+
+/// Whether a first return is of this firing: cycle and laser.
+#[inline(always)]
+fn is_firing(one: &Return, (cycle, laser): (usize, usize)) -> bool {
+    one.fired_after == CYCLE_STEP * cycle as i64 + LASER_STEP * laser as i64
+        && one.ring == ring_of(laser)
+        && one.number == 0
 }
 
 /// A bearing as the encoder counts it: clockwise from the connector's opposite, the negative of ours.

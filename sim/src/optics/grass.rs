@@ -5,10 +5,14 @@
 //! the lowest of them stays above. Only from there on are cells looked at one by one, and none beyond the point where
 //! grass alone has stopped the beam.
 
+mod abreast;
+
 use super::Ray;
 use super::cells::Cells;
 use super::lids::Lids;
+use super::trace::{self, InstructionSet};
 use super::turbid::{Medium, Span};
+use abreast::Abreast;
 use arborloop_base::Grid;
 use arborloop_worlds::World;
 use std::ops::ControlFlow;
@@ -65,19 +69,19 @@ impl Grass {
         begins
     }
 
-    /// Where the grass stops a beam that may be in it from `begin` on, if it does so before `end_m`.
-    pub(super) fn stop(&self, ray: &Ray, begin: f64, end_m: f64) -> Option<f64> {
-        let (mut left, mut stop_m) = (ray.depth, None);
-        self.pieces(ray, begin, end_m, |from_m, to_m| {
-            let used = self.extinction_per_m * (to_m - from_m);
-            if used < left {
-                left -= used;
-                return ControlFlow::Continue(());
-            }
-            stop_m = Some(from_m + left / self.extinction_per_m).filter(|stop_m| *stop_m < end_m);
-            ControlFlow::Break(())
-        });
-        stop_m
+    /// Where the grass stops each of these beams, which may be in it from their `begins` on, if it does so before its
+    /// `end_m`.
+    pub(super) fn stops(
+        &self,
+        rays: &[Ray],
+        begins: &[Option<f64>; GROUP],
+        ends_m: &[f64; GROUP],
+        isa: InstructionSet,
+    ) -> [Option<f64>; GROUP] {
+        if begins.iter().all(Option::is_none) {
+            return [None; GROUP];
+        }
+        trace::run(isa, Abreast { grass: self, rays, begins, ends_m })
     }
 
     /// Adds the stretches of a beam below the blades' tips up to `end_m`, which is not under the soil; it may be in the
@@ -203,16 +207,18 @@ mod tests {
             };
             let rays: [Ray; GROUP] = std::array::from_fn(|_| ray(&mut draw));
             let begins = grass.begins(&rays, &[12.0; GROUP]);
+            let all = [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512];
+            let [stops, others @ ..] = all.map(|isa| grass.stops(&rays, &begins, &[12.0; GROUP], isa));
+            others.iter().for_each(|other| assert_eq!(stops, *other, "group {group}"));
             for (lane, ray) in rays.iter().enumerate() {
                 let (mut fast, slow) = (Vec::new(), through_every_cell(&grass, ray, 12.0));
                 begins[lane].into_iter().for_each(|begin| grass.spans(ray, begin, 12.0, &mut fast));
                 assert_eq!(fast, slow, "beam {lane} of {group}");
                 met += usize::from(!slow.is_empty());
                 // Where the grass is alone, it stops the beam where all that is turbid together would.
-                let stops = begins[lane].and_then(|begin| grass.stop(ray, begin, 12.0));
                 let wanted = turbid::stop(&mut fast, ray.depth, 12.0).map(|(stop_m, _)| stop_m);
-                assert_eq!(stops.is_some(), wanted.is_some(), "beam {lane} of {group}");
-                let apart_m = stops.unwrap_or(0.0) - wanted.unwrap_or(0.0);
+                assert_eq!(stops[lane].is_some(), wanted.is_some(), "beam {lane} of {group}");
+                let apart_m = stops[lane].unwrap_or(0.0) - wanted.unwrap_or(0.0);
                 assert!(apart_m.abs() < 1e-9, "beam {lane} of {group}: {apart_m} m");
             }
         }

@@ -29,6 +29,7 @@ use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT, shoot_direction};
 use arborloop_worlds::{Leaf, Plant, Prototype, World};
 use ease::Mobility;
 use ground::Soil;
+pub(super) use lanes::Isa;
 use moment::Knots;
 pub(super) use moment::{Between, Map};
 use nalgebra::{Affine3, Point3, Similarity3, Vector3};
@@ -36,6 +37,7 @@ use node::{Child, Node};
 use pole::Pole;
 use shoot::Shoot;
 pub use simd::InstructionSet;
+pub(super) use simd::{Job, run};
 use spur::Spur;
 use upper::{Fitted, Upper};
 use walk::Pending;
@@ -171,6 +173,10 @@ impl Scene {
 
     pub(super) fn set_instruction_set(&mut self, isa: InstructionSet) {
         self.isa = isa;
+    }
+
+    pub(super) fn instruction_set(&self) -> InstructionSet {
+        self.isa
     }
 
     pub(super) fn worker(&self, world: &World) -> Worker {

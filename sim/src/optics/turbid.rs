@@ -3,7 +3,7 @@
 use super::exact::LEAF_TRANSMITTANCE_RATIO;
 use super::grass::{GROUP, Grass};
 use super::haze;
-use super::trace::{Scene, Worker};
+use super::trace::{InstructionSet, Scene, Worker};
 use super::{Hit, Ray};
 use arborloop_base::{Class, Seed};
 use arborloop_worlds::World;
@@ -95,6 +95,37 @@ impl Turbid {
         self.grass.begins(rays, ends_m)
     }
 
+    /// Whether nothing but grass can stop a beam by chance.
+    pub(super) fn is_grass_alone(&self) -> bool {
+        self.mist.is_empty()
+    }
+
+    /// Where grass stops each of some beams before its `end_m`; see [`Grass::stops`].
+    pub(super) fn stops(
+        &self,
+        rays: &[Ray],
+        begins: &[Option<f64>; GROUP],
+        ends_m: &[f64; GROUP],
+        isa: InstructionSet,
+    ) -> [Option<f64>; GROUP] {
+        self.grass.stops(rays, begins, ends_m, isa)
+    }
+
+    /// A blade at a distance.
+    #[inline(always)]
+    pub(super) fn blade(world: &World, range_m: f64) -> Hit {
+        Hit {
+            range_m,
+            class: Class::Grass,
+            instance: 0,
+            // Blades and leaves of a medium lie at every angle: the mean cosine of a random one.
+            cos_incidence: 0.5,
+            reflectivity_ratio: world.grass.reflectivity_ratio,
+            transmittance_ratio: 0.0,
+            displacement_m: Vector3::zeros(),
+        }
+    }
+
     /// What stops the beam before `end_m`, if anything; it may be in grass from `begin` on.
     pub(super) fn cast(
         &self,
@@ -105,24 +136,11 @@ impl Turbid {
         spans: &mut Vec<Span>,
         worker: &mut Worker,
     ) -> Option<Hit> {
-        let (range_m, medium) = if self.mist.is_empty() {
-            (self.grass.stop(ray, begin?, end_m)?, Medium::Grass)
-        } else {
-            spans.clear();
-            begin.into_iter().for_each(|begin| self.grass.spans(ray, begin, end_m, spans));
-            self.mist.spans(world, scene, ray, end_m, spans, worker);
-            stop(spans, ray.depth, end_m)?
-        };
-        // Blades and leaves of a medium lie at every angle: the mean cosine of a random one.
-        let mut hit = Hit {
-            range_m,
-            class: Class::Grass,
-            instance: 0,
-            cos_incidence: 0.5,
-            reflectivity_ratio: world.grass.reflectivity_ratio,
-            transmittance_ratio: 0.0,
-            displacement_m: Vector3::zeros(),
-        };
+        spans.clear();
+        begin.into_iter().for_each(|begin| self.grass.spans(ray, begin, end_m, spans));
+        self.mist.spans(world, scene, ray, end_m, spans, worker);
+        let (range_m, medium) = stop(spans, ray.depth, end_m)?;
+        let mut hit = Turbid::blade(world, range_m);
         if let Medium::Haze(index) = medium {
             let plant = &world.plants[index];
             hit.class = Class::Leaf;

@@ -5,7 +5,7 @@
 //! [`Lanes::fma`].
 
 /// `N` single-precision numbers side by side.
-pub(super) trait Lanes<const N: usize>: Copy {
+pub(in crate::optics) trait Lanes<const N: usize>: Copy {
     fn splat(x: f32) -> Self;
     fn load(from: &[f32; N]) -> Self;
     fn store(self, to: &mut [f32; N]);
@@ -34,14 +34,14 @@ pub(super) trait Lanes<const N: usize>: Copy {
 }
 
 /// Eight numbers that may come from bytes.
-pub(super) trait Bytes: Lanes<8> {
+pub(in crate::optics) trait Bytes: Lanes<8> {
     fn from_bytes(from: &[u8; 8]) -> Self;
     /// Lane `j` is lane `from[j]` of `self`; the numbers are below eight.
     fn pick(self, from: &[u8; 8]) -> Self;
 }
 
 /// One way to do it: how wide registers hold sixteen and eight numbers.
-pub(super) trait Isa {
+pub(in crate::optics) trait Isa {
     type Wide: Lanes<16>;
     type Half: Bytes;
 }

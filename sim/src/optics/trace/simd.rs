@@ -7,14 +7,14 @@
 //! portable one and every instruction set's scans with each other.
 #![allow(unsafe_code)]
 
-use super::lanes::Portable;
+use super::lanes::{Isa, Portable};
 
 /// A job that runs with whatever registers there are.
-pub(super) trait Job {
+pub(in crate::optics) trait Job {
     type Out;
     /// Implementations and everything they call are `inline(always)`: code that is not inlined is compiled without the
     /// wide registers, and every operation becomes a call.
-    fn run<I: super::lanes::Isa>(self) -> Self::Out;
+    fn run<I: Isa>(self) -> Self::Out;
 }
 
 /// Instruction sets, widest last.
@@ -54,7 +54,7 @@ impl InstructionSet {
 }
 
 /// Runs a job with the registers of an instruction set, or portably where the processor lacks it.
-pub(super) fn run<J: Job>(isa: InstructionSet, job: J) -> J::Out {
+pub(in crate::optics) fn run<J: Job>(isa: InstructionSet, job: J) -> J::Out {
     #[cfg(target_arch = "x86_64")]
     match isa {
         // SAFETY: the processor was asked.
