@@ -113,7 +113,7 @@ fn stretch_between_rows_of(radius_m: f64) -> f64 {
     };
     let estimates = run("mhd", (1..=sweeps).map(sweep_at));
     let way_m = place(0.1 * f64::from(sweeps) - 1.0).translation.vector.x;
-    let found_m = estimates.last().unwrap().map_from_base.translation.vector.x;
+    let found_m = estimates.last().expect("every sweep is answered").map_from_base.translation.vector.x;
     found_m / way_m - 1.0
 }
 
