@@ -43,21 +43,13 @@ impl<T: Copy> Raster<T> {
     }
 
     /// The value of a cell; blank where nothing was written.
-    pub(crate) fn get(&self, (column, row): CellIndex) -> T {
-        let (i, j) = (column - self.first.0, row - self.first.1);
-        if i < 0 || j < 0 || i >= self.columns || j >= self.rows {
-            return self.blank;
-        }
-        self.cells[(j * self.columns + i) as usize]
+    pub(crate) fn get(&self, cell: CellIndex) -> T {
+        self.place_of(cell).map_or(self.blank, |place| self.cells[place])
     }
 
     /// A cell to be changed; `None` outside of what [`Raster::cover`] has made room for.
-    pub(crate) fn get_mut(&mut self, (column, row): CellIndex) -> Option<&mut T> {
-        let (i, j) = (column - self.first.0, row - self.first.1);
-        if i < 0 || j < 0 || i >= self.columns || j >= self.rows {
-            return None;
-        }
-        Some(&mut self.cells[(j * self.columns + i) as usize])
+    pub(crate) fn get_mut(&mut self, cell: CellIndex) -> Option<&mut T> {
+        self.place_of(cell).map(|place| &mut self.cells[place])
     }
 
     /// Where a cell lies among all that are stored, row after row.

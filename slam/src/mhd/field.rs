@@ -344,7 +344,7 @@ fn tile_of(cell: i32) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::features::Feature;
+    use super::super::features::{Clearing, Feature};
     use super::super::motion::Motion;
     use super::*;
     use arborloop_base::{Seed, Time};
@@ -379,7 +379,23 @@ mod tests {
         let (mut chart, mut field) = (Chart::new(0.1, 1), Field::new(0.1, 1.0, 1));
         for trial in 0..5 {
             drawn(&mut chart, &mut field, &points(trial));
+            let before = shown(&chart).len();
+            // Beams along some rows take points away again.
+            let rows = (0..40).map(|n| f64::from(n) * 0.2 - 3.95 + 0.1 * (trial % 2) as f64);
+            let through: Vec<Clearing> = rows
+                .map(|y| Clearing {
+                    from: Vector2::new(-6.0, y),
+                    to: Vector2::new(6.0, y),
+                    after_s: 0.0,
+                    layer: 0,
+                })
+                .collect();
+            for _ in 0..3 {
+                chart.draw(&STILL, &[], &through);
+                field.follow(&mut chart);
+            }
             let all = shown(&chart);
+            assert!(!all.is_empty() && all.len() < before);
             for row in -50..50 {
                 for column in -50..50 {
                     let (x_m, y_m) = (f64::from(column) * 0.1 + 0.05, f64::from(row) * 0.1 + 0.05);
