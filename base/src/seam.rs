@@ -6,6 +6,7 @@ use crate::observation::{Observation, Sweep};
 use crate::pose::{Trajectory, Twist};
 use crate::time::Time;
 use crate::truth::{Label, Truth};
+use std::sync::Arc;
 
 /// A SLAM system under test.
 pub trait Slam: Send {
@@ -14,7 +15,13 @@ pub trait Slam: Send {
     /// Never fails: a system that cannot tell where it is says so in [`Estimate::health`].
     fn observe(&mut self, observation: &Observation) -> Option<Estimate>;
 
-    /// The map as now believed, in the system's map frame; `None` for a system that draws none.
+    /// Does what the next answer needs and the last one did not, such as drawing the sweep into the map.
+    ///
+    /// Whoever asks calls this once he has taken an answer, so that a robot does not wait for it. A system that is not
+    /// told to does it before its next answer: the answers are the same.
+    fn settle(&mut self) {}
+
+    /// The map as believed when the system last settled, in the system's map frame; `None` for a system that draws none.
     fn map(&self) -> Option<Grid<Cell>> {
         None
     }
@@ -71,4 +78,9 @@ pub type SinkError = Box<dyn std::error::Error + Send + Sync>;
 pub trait Sink {
     /// Writes one record that became known at `now`.
     fn write(&mut self, now: Time, record: &Record<'_>) -> Result<(), SinkError>;
+
+    /// Writes an observation that it may keep without a copy.
+    fn write_observation(&mut self, now: Time, observation: &Arc<Observation>) -> Result<(), SinkError> {
+        self.write(now, &Record::Observation(observation))
+    }
 }

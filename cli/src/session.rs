@@ -267,6 +267,7 @@ pub(crate) fn replay(
                 && let Some(estimate) = system.slam.observe(&observation)
             {
                 trace.estimates.entry(system.name.clone()).or_default().push(estimate);
+                system.slam.settle();
             }
         }
         if matches!(observation, arborloop_base::Observation::Sweep(_)) {

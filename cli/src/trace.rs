@@ -1,7 +1,8 @@
 //! What a run or a replay leaves in memory for scoring: the true path, every answer, and a few quantities over time.
 
-use arborloop_base::{Estimate, Pose, Record, Sink, SinkError, Time, Trajectory, Twist};
+use arborloop_base::{Estimate, Observation, Pose, Record, Sink, SinkError, Time, Trajectory, Twist};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A sink that remembers, and hands every record on to a recorder where there is one.
 #[derive(Default)]
@@ -57,6 +58,13 @@ impl Sink for Trace<'_> {
         }
         match &mut self.next {
             Some(next) => next.write(now, record),
+            None => Ok(()),
+        }
+    }
+
+    fn write_observation(&mut self, now: Time, observation: &Arc<Observation>) -> Result<(), SinkError> {
+        match &mut self.next {
+            Some(next) => next.write_observation(now, observation),
             None => Ok(()),
         }
     }

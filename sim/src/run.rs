@@ -6,6 +6,8 @@ use arborloop_base::{
     planar,
 };
 use arborloop_robots::{Command, FallCause, Follower, Progress};
+use std::collections::VecDeque;
+use std::sync::Arc;
 
 /// A system under test with the name that records and reports use.
 pub struct System {
@@ -87,15 +89,22 @@ pub fn run(
     let joints = sim.joint_names().to_vec();
     let mut watch = Watch::default();
     let mut end = End::TimeUp;
+    let mut lent = VecDeque::new();
+    let steered_by_sweeps = match driver {
+        Driver::Truth => true,
+        Driver::System(index) => {
+            systems.get(index).is_none_or(|system| system.inputs == [ObservationKind::Lidar])
+        }
+    };
     sink.write(sim.now(), &Record::Truth(&sim.truth()))?;
     while sim.now() < sim.end() {
-        let observations = sim.step();
+        let observations: Vec<Arc<Observation>> = sim.step().into_iter().map(Arc::new).collect();
         let truth = sim.truth();
         sink.write(sim.now(), &Record::Truth(&truth))?;
         watch.contacts(sim.now(), &truth.contacts);
         for observation in &observations {
-            sink.write(sim.now(), &Record::Observation(observation))?;
-            if let Observation::Sweep(sweep) = observation {
+            sink.write_observation(sim.now(), observation)?;
+            if let Observation::Sweep(sweep) = &**observation {
                 sink.write(sim.now(), &Record::Labels { sweep, labels: sim.labels() })?;
                 sink.write(
                     sim.now(),
@@ -114,17 +123,24 @@ pub fn run(
                     steer(sim, &mut follower, &estimate);
                 }
             }
-            if matches!(observation, Observation::Sweep(_)) {
+            if is_sweep(observation) {
                 sink.write(sim.now(), &Record::Command(&sim.command()))?;
                 if !go_on(sim, &follower.progress()) {
                     end = End::Stopped;
                 }
             }
         }
+        let has_sweep = observations.iter().any(|observation| is_sweep(observation));
+        lent.extend(observations.into_iter().filter(|observation| is_sweep(observation)));
+        take_back(sim, &mut lent);
         if let Some(fall) = sim.fall() {
             end = End::Fell(fall.cause);
         }
-        if matches!(end, End::Stopped | End::Fell(_)) || watch.over(sim, &follower, &mut end) {
+        let over = matches!(end, End::Stopped | End::Fell(_)) || watch.over(sim, &follower, &mut end);
+        if has_sweep {
+            settle(sim, systems, !over && steered_by_sweeps);
+        }
+        if over {
             break;
         }
     }
@@ -136,14 +152,37 @@ pub fn run(
     })
 }
 
+fn is_sweep(observation: &Observation) -> bool {
+    matches!(observation, Observation::Sweep(_))
+}
+
+/// Gives the simulator its sweeps' memory back, as far as a recorder has done with them.
+fn take_back(sim: &mut Simulator, lent: &mut VecDeque<Arc<Observation>>) {
+    while let Some(first) = lent.pop_front() {
+        match Arc::try_unwrap(first) {
+            Ok(observation) => sim.take_back(observation),
+            Err(first) => {
+                lent.push_front(first);
+                break;
+            }
+        }
+    }
+}
+
 /// Every system's answer. While they think about a sweep, the simulator works out what no answer can change.
 fn ask(sim: &mut Simulator, systems: &mut [System], observation: &Observation) -> Vec<Option<Estimate>> {
     let mut asked = || systems.iter_mut().map(|system| answer(system, observation)).collect::<Vec<_>>();
-    if matches!(observation, Observation::Sweep(_)) {
-        rayon::join(asked, || sim.look_ahead()).0
-    } else {
-        asked()
-    }
+    if is_sweep(observation) { rayon::join(asked, || sim.look_ahead()).0 } else { asked() }
+}
+
+/// Every system's work behind its answer. Meanwhile the next sweep is worked out as a whole, where commands follow sweeps.
+fn settle(sim: &mut Simulator, systems: &mut [System], to_sweep: bool) {
+    let ahead = || {
+        if to_sweep {
+            sim.look_ahead_to_sweep();
+        }
+    };
+    rayon::join(|| systems.iter_mut().for_each(|system| system.slam.settle()), ahead);
 }
 
 fn answer(system: &mut System, observation: &Observation) -> Option<Estimate> {

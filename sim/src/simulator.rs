@@ -223,10 +223,17 @@ impl Simulator {
         if is_due(self.now, self.lidar.period()) {
             let around = Surroundings { motion: &self.motion, optics: &self.optics };
             let (sweep, labels) = self.lidar.sweep(self.now, around);
-            self.labels = labels;
+            self.lidar.reuse_labels(std::mem::replace(&mut self.labels, labels));
             observations.push(Observation::Sweep(sweep));
         }
         observations
+    }
+
+    /// Takes an observation that nobody reads any more: the next sweep uses its memory again.
+    pub fn take_back(&mut self, observation: Observation) {
+        if let Observation::Sweep(sweep) = observation {
+            self.lidar.reuse(sweep.returns);
+        }
     }
 
     /// One tick in which the sensors are not asked: the robot moves as it would have.
@@ -239,13 +246,24 @@ impl Simulator {
     /// obeyed, and the part of the next sweep in them. Nothing of it is seen before its tick; the run is the same, to
     /// the bit, but this may be called while a system thinks.
     pub fn look_ahead(&mut self) {
-        let heard = self.now + Span::from_seconds(self.scenario.run.latency_s);
+        self.look_ahead_until(self.now + Span::from_seconds(self.scenario.run.latency_s));
+    }
+
+    /// The same up to the next sweep and with it, for a caller who queues no command before he has seen that sweep.
+    pub fn look_ahead_to_sweep(&mut self) {
+        self.look_ahead_until(self.now + self.lidar.period() + self.scenario.tick());
+    }
+
+    /// Works out the ticks before `heard`, the next sweep's at the latest.
+    fn look_ahead_until(&mut self, heard: Time) {
+        let period = self.lidar.period();
+        let turns = (self.now - Time::SIMULATION_START).nanos() / period.nanos();
+        let sweep = Time::SIMULATION_START + period * (turns + 1);
         loop {
             let (last, fallen) =
                 self.ahead.back().map_or((self.now, self.fall), |tick| (tick.now, tick.fall));
-            let next = last + self.scenario.tick();
             // A fall ends a run.
-            if next >= heard || fallen.is_some() || is_due(next, self.lidar.period()) {
+            if last + self.scenario.tick() >= heard || fallen.is_some() || last >= sweep {
                 break;
             }
             let mut tick = self.drive();
@@ -254,7 +272,7 @@ impl Simulator {
         }
         if let Some(last) = self.ahead.back() {
             let around = Surroundings { motion: &self.motion, optics: &self.optics };
-            self.lidar.fire_ahead(self.now + self.lidar.period(), last.now, around);
+            self.lidar.fire_ahead(sweep, last.now, around);
         }
     }
 
@@ -333,6 +351,10 @@ mod tests {
                 assert!(!ahead.ahead.is_empty());
                 let command = Command { forward_mps: 0.5, turn_radps: 0.1 * f64::from(tick / 100) };
                 [&mut plain, &mut ahead].into_iter().for_each(|sim| sim.queue(command));
+                if tick > 250 {
+                    ahead.look_ahead_to_sweep();
+                    assert_eq!(ahead.ahead.len(), 100);
+                }
             }
         }
     }

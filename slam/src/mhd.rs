@@ -72,6 +72,8 @@ pub(crate) struct Mhd {
     foresight: Foresight,
     motion: Option<Motion>,
     drawn: Option<Motion>,
+    /// From where the last sweep is still to be drawn.
+    to_draw: Option<Motion>,
     sweeps_drawn: usize,
     /// Whether the robot still stands where it began.
     stands: bool,
@@ -101,6 +103,7 @@ impl Mhd {
             foresight: Foresight::default(),
             motion: None,
             drawn: None,
+            to_draw: None,
             sweeps_drawn: 0,
             stands: true,
             failures: 0,
@@ -110,6 +113,7 @@ impl Mhd {
     }
 
     fn sweep(&mut self, sweep: &Sweep) -> Estimate {
+        self.settle();
         let heading_rad = self.motion.map_or(0.0, |motion| motion.predict(sweep.end).pose.z);
         self.front_end.look(sweep, heading_rad, &mut self.view);
         let duration_s = (sweep.end - sweep.start).seconds().max(0.0);
@@ -280,10 +284,9 @@ impl Mhd {
         }
     }
 
+    /// The sweep is drawn when the system settles: the answer does not need it.
     fn draw(&mut self, motion: &Motion) {
-        self.front_end.clear(&mut self.view);
-        self.chart.draw(motion, &self.view.features, &self.view.clearings);
-        self.field.follow(&mut self.chart);
+        self.to_draw = Some(*motion);
         self.drawn = Some(*motion);
         self.sweeps_drawn += 1;
     }
@@ -305,6 +308,14 @@ impl Slam for Mhd {
         match observation {
             Observation::Sweep(sweep) => Some(self.sweep(sweep)),
             _ => None,
+        }
+    }
+
+    fn settle(&mut self) {
+        if let Some(motion) = self.to_draw.take() {
+            self.front_end.clear(&mut self.view);
+            self.chart.draw(&motion, &self.view.features, &self.view.clearings);
+            self.field.follow(&mut self.chart);
         }
     }
 

@@ -231,6 +231,7 @@ fn a_robot_that_stands_stays_put_and_is_told_free_from_occupied() {
             let estimate = slam.observe(&Observation::Sweep(sweep)).unwrap();
             assert!(estimate.map_from_base.translation.vector.norm() < 0.02, "{name}: {estimate:?}");
         }
+        slam.settle();
         let map = slam.map().unwrap();
         let cell = |x: f64, y: f64| {
             let (column, row) = map.index_of(&nalgebra::Point2::new(x, y)).unwrap();

@@ -5,10 +5,9 @@
 
 use super::error::DatasetError;
 use super::recorder::Recorder;
-use arborloop_base::{
-    Cell, Estimate, Grid, Label, Observation, Record, Sink, SinkError, Sweep, Time, Truth, Twist,
-};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use arborloop_base::{Cell, Estimate, Grid, Label, Observation, Record, Sink, SinkError, Time, Truth, Twist};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
 /// Batches that wait for a slow disk before the run waits too: about half a second of records.
@@ -20,15 +19,13 @@ pub struct BackgroundRecorder {
     /// `None` once the recording has ended.
     batches: Option<SyncSender<Vec<(Time, Kept)>>>,
     writer: Option<JoinHandle<Result<Recorder, DatasetError>>>,
-    /// Sweeps that were written; their memory is used again.
-    spare: Receiver<Sweep>,
     /// Labels go into data sets alone.
     labels: bool,
 }
 
 /// A record that is kept until it is written.
 enum Kept {
-    Observation(Observation),
+    Observation(Arc<Observation>),
     /// Of the sweep before.
     Labels(Vec<Label>),
     Estimate {
@@ -54,19 +51,12 @@ impl BackgroundRecorder {
     /// The system refuses a thread.
     pub fn start(recorder: Recorder) -> Result<Self, DatasetError> {
         let (batches, received) = sync_channel(WAITING);
-        let (written, spare) = channel();
         let (path, labels) = (recorder.path().to_owned(), recorder.keeps_labels());
         let writer = std::thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || write_all(recorder, &received, &written))
+            .spawn(move || write_all(recorder, &received))
             .map_err(DatasetError::io(&path, "write"))?;
-        Ok(BackgroundRecorder {
-            batch: Vec::new(),
-            batches: Some(batches),
-            writer: Some(writer),
-            spare,
-            labels,
-        })
+        Ok(BackgroundRecorder { batch: Vec::new(), batches: Some(batches), writer: Some(writer), labels })
     }
 
     /// The recorder, once it has written everything.
@@ -91,14 +81,9 @@ impl BackgroundRecorder {
     }
 
     /// Copies a record, or leaves out one that the recorder would leave out.
-    fn keep(&mut self, record: &Record<'_>) -> Option<Kept> {
+    fn keep(&self, record: &Record<'_>) -> Option<Kept> {
         Some(match record {
-            Record::Observation(Observation::Sweep(sweep)) => {
-                let mut returns = self.spare.try_recv().unwrap_or_default().returns;
-                returns.clone_from(&sweep.returns);
-                Kept::Observation(Observation::Sweep(Sweep { returns, ..*sweep }))
-            }
-            Record::Observation(observation) => Kept::Observation((*observation).clone()),
+            Record::Observation(observation) => Kept::Observation(Arc::new((*observation).clone())),
             Record::Labels { labels, .. } if self.labels => Kept::Labels(labels.to_vec()),
             Record::Labels { .. } => return None,
             Record::Estimate { system, estimate } => {
@@ -129,6 +114,11 @@ impl Sink for BackgroundRecorder {
         }
         Ok(())
     }
+
+    fn write_observation(&mut self, now: Time, observation: &Arc<Observation>) -> Result<(), SinkError> {
+        self.batch.push((now, Kept::Observation(observation.clone())));
+        Ok(())
+    }
 }
 
 impl Drop for BackgroundRecorder {
@@ -145,22 +135,19 @@ impl Drop for BackgroundRecorder {
 fn write_all(
     mut recorder: Recorder,
     batches: &Receiver<Vec<(Time, Kept)>>,
-    written: &Sender<Sweep>,
 ) -> Result<Recorder, DatasetError> {
-    let mut before: Option<Observation> = None;
+    let keeps_labels = recorder.keeps_labels();
+    let mut before: Option<Arc<Observation>> = None;
     for (now, kept) in batches.iter().flatten() {
         match kept {
             Kept::Observation(observation) => {
                 recorder.record(now, &Record::Observation(&observation))?;
-                if matches!(observation, Observation::Sweep(_))
-                    && let Some(Observation::Sweep(sweep)) = before.replace(observation)
-                {
-                    // A run that is over needs no memory back.
-                    let _ = written.send(sweep);
+                if matches!(*observation, Observation::Sweep(_)) {
+                    before = keeps_labels.then_some(observation);
                 }
             }
             Kept::Labels(labels) => {
-                if let Some(Observation::Sweep(sweep)) = &before {
+                if let Some(Observation::Sweep(sweep)) = before.as_deref() {
                     recorder.record(now, &Record::Labels { sweep, labels: &labels })?;
                 }
             }

@@ -28,11 +28,12 @@ use crate::sensor::Motion;
 use answer::Answer;
 use arborloop_base::os1::Os1;
 use arborloop_base::vlp16::ReturnMode;
-use arborloop_base::{Label, Pose, Span, Stream, Sweep, Time, Wire};
+use arborloop_base::{Label, Pose, Return, Span, Stream, Sweep, Time, Wire};
 use arborloop_robots::{JointKind, Robot, SensorFrame};
 use body::Body;
 pub(crate) use body::Stance;
 use cast::Scratch;
+use deliver::Direct;
 use footprint::{SubRay, footprint};
 use nalgebra::{Matrix3, Point3, UnitQuaternion};
 use rayon::prelude::*;
@@ -66,6 +67,8 @@ pub(crate) struct Lidar {
     /// Firing cycles of a packet, for packets that get lost.
     packet_cycles: i64,
     answers: Vec<Answer>,
+    /// The turn that is made directly, as far as it has answered.
+    direct: Direct,
     /// First cycle of the turn that was begun ahead of its end, and how many blocks of it have answered.
     begun: Option<(i64, usize)>,
     /// One a thread that ever cast, handed back after each block of cycles.
@@ -129,6 +132,7 @@ impl Lidar {
             threshold: 0.1 / (spec.reach_m * spec.reach_m),
             noise: stream,
             answers: Vec::new(),
+            direct: Direct::default(),
             begun: None,
             scratch: Mutex::new(Vec::new()),
             spec: spec.clone(),
@@ -167,6 +171,12 @@ impl Lidar {
         let cycles = self.schedule.cycles(end);
         let first = self.fire(cycles.clone(), None, around);
         self.begun = None;
+        if self.makes_directly() && !cycles.is_empty() {
+            let (start, rings) = (self.schedule.start(cycles.start), self.beams.len() as u16);
+            let Direct { returns, labels, .. } = &mut self.direct;
+            let (returns, labels) = (std::mem::take(returns), std::mem::take(labels));
+            return (Sweep { start, end, rings, returns }, labels);
+        }
         let mut answers = std::mem::take(&mut self.answers);
         let beams = self.beams.len();
         let place = |cycle: i64| (cycle - first).max(0) as usize * beams;
@@ -177,9 +187,21 @@ impl Lidar {
         delivered
     }
 
-    /// Fires what of the turn that ends at `end` is over before `now`.
+    /// Takes the memory of a sweep that nobody reads any more, for a later one.
+    pub(crate) fn reuse(&mut self, returns: Vec<Return>) {
+        if self.makes_directly() {
+            self.direct.spare.push(returns);
+        }
+    }
+
+    /// The same of its labels.
+    pub(crate) fn reuse_labels(&mut self, labels: Vec<Label>) {
+        self.direct.spare_labels = labels;
+    }
+
+    /// Fires what of the turn that ends at `end` is over before `now`, or all of it at its end.
     pub(crate) fn fire_ahead(&mut self, end: Time, now: Time, around: Surroundings<'_>) {
-        self.fire(self.schedule.cycles(end), Some(now), around);
+        self.fire(self.schedule.cycles(end), (now < end).then_some(now), around);
     }
 
     /// Answers of every firing of these cycles, cycle by cycle; blocks of cycles are aligned to the beginning of the
@@ -196,18 +218,24 @@ impl Lidar {
             until.is_none_or(|until| self.schedule.start(cycle) + last < until)
         };
         let ready = (begun..blocks).take_while(over).count();
-        let mut answers = std::mem::take(&mut self.answers);
-        let block_answers = block as usize * self.beams.len();
-        // Every firing of every block answers, so that what is left of the sweep before is overwritten.
-        answers.resize_with(blocks * block_answers, || Answer::NONE);
-        let due = &mut answers[begun * block_answers..(begun + ready) * block_answers];
-        due.par_chunks_mut(block_answers).enumerate().for_each(|(index, answers)| {
-            let from = first + (begun + index) as i64 * block;
-            let mut scratch = self.borrow_scratch();
-            self.fire_block(from..from + block, around, &mut scratch, answers);
-            self.scratch.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
-        });
-        self.answers = answers;
+        let blocks_due = begun..begun + ready;
+        let block_of = |index: usize| first + index as i64 * block..first + (index as i64 + 1) * block;
+        if self.makes_directly() {
+            self.fire_directly(&cycles, begun == 0, blocks_due.map(block_of), around);
+        } else {
+            let mut answers = std::mem::take(&mut self.answers);
+            let beams = self.beams.len();
+            let block_answers = block as usize * beams;
+            // Every firing of every block answers, so that what is left of the sweep before is overwritten.
+            answers.resize_with(blocks * block_answers, || Answer::NONE);
+            let due = &mut answers[blocks_due.start * block_answers..blocks_due.end * block_answers];
+            due.par_chunks_mut(block_answers).enumerate().for_each(|(index, answers)| {
+                self.fire_block(block_of(begun + index), around, |number, beam, answer| {
+                    answers[number * beams + beam] = answer;
+                });
+            });
+            self.answers = answers;
+        }
         self.begun = Some((cycles.start, begun + ready));
         first
     }
@@ -216,22 +244,25 @@ impl Lidar {
         self.scratch.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
     }
 
-    /// One beam after the other: what sixteen firings of it need stays in the fastest memory.
+    /// One beam after the other: what sixteen firings of it need stays in the fastest memory. `put` gets the number of the
+    /// cycle in the block, the beam and the answer.
+    #[inline(always)]
     fn fire_block(
         &self,
         cycles: Range<i64>,
         around: Surroundings<'_>,
-        scratch: &mut Scratch,
-        answers: &mut [Answer],
+        mut put: impl FnMut(usize, usize, Answer),
     ) {
+        let mut scratch = self.borrow_scratch();
         let mut caster = around.optics.caster();
-        self.turn_head(&cycles, scratch);
+        self.turn_head(&cycles, &mut scratch);
         for beam in 0..self.beams.len() {
-            self.cast(&cycles, beam, around, &mut caster, scratch);
+            self.cast(&cycles, beam, around, &mut caster, &mut scratch);
             for number in 0..scratch.shots.len() {
-                answers[number * self.beams.len() + beam] = self.answer(number, scratch);
+                put(number, beam, self.answer(number, &mut scratch));
             }
         }
+        self.scratch.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
     }
 }
 

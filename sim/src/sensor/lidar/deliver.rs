@@ -2,34 +2,118 @@
 
 use super::answer::{Answer, Given};
 use super::cast::Shot;
-use super::{Beam, Lidar};
+use super::{Beam, Lidar, Surroundings};
 use arborloop_base::vlp16::{CYCLE_STEP, LASER_STEP, LASERS, ReturnMode, Turn, ring_of};
-use arborloop_base::{Label, Return, Sweep, Time, Wire, wrap_angle};
+use arborloop_base::{Label, Return, Span, Sweep, Time, Wire, wrap_angle};
 use rayon::prelude::*;
 use std::ops::Range;
+
+/// What a firing that has not answered yet says.
+const NOTHING: Return = Return {
+    azimuth_rad: 0.0,
+    elevation_rad: 0.0,
+    range_m: None,
+    ring: 0,
+    number: 0,
+    fired_after: Span::from_nanos(0),
+    intensity: 0.0,
+};
+
+/// So many behind the first ones, and the rest.
+fn split<T>(all: &mut [T], before: usize, count: usize) -> (&mut [T], &mut [T]) {
+    all.split_at_mut(before).1.split_at_mut(count)
+}
 
 /// Returns that one thread makes at a time, at least.
 const TOGETHER: usize = 512;
 
+/// A turn whose returns are made as the wire carries them as soon as they are measured.
+#[derive(Default)]
+pub(super) struct Direct {
+    pub(super) returns: Vec<Return>,
+    pub(super) labels: Vec<Label>,
+    /// Memory of earlier turns.
+    pub(super) spare: Vec<Vec<Return>>,
+    pub(super) spare_labels: Vec<Label>,
+    wire: Option<Turn>,
+}
+
+/// A block of cycles, and where what its firings say goes.
+struct Block<'a> {
+    cycles: Range<i64>,
+    /// Its first cycle in the turn, and how many of the block come before.
+    begin: usize,
+    skipped: usize,
+    returns: &'a mut [Return],
+    labels: &'a mut [Label],
+}
+
 impl Lidar {
+    /// Whether a turn's returns can be made before the turn is complete: nothing spoils them later.
+    pub(super) fn makes_directly(&self) -> bool {
+        self.is_direct && self.faults.is_empty()
+    }
+
+    /// Makes the returns of these blocks of a turn, which follow each other; cycles of other turns are left out.
+    pub(super) fn fire_directly(
+        &mut self,
+        turn: &Range<i64>,
+        is_new: bool,
+        blocks: impl Iterator<Item = Range<i64>>,
+        around: Surroundings<'_>,
+    ) {
+        let mut direct = std::mem::take(&mut self.direct);
+        if is_new {
+            let bearing = |cycle: i64| self.said_azimuth_rad(&self.shot(cycle, 0));
+            direct.wire = Some(Turn::new(turn.clone().step_by(2).map(bearing)));
+            if direct.returns.is_empty() {
+                direct.returns = direct.spare.pop().unwrap_or_default();
+                direct.labels = std::mem::take(&mut direct.spare_labels);
+            }
+            // Every firing answers, so that what is left of the sweep before is overwritten.
+            let firings = (turn.end - turn.start).max(0) as usize * LASERS;
+            direct.returns.resize(firings, NOTHING);
+            direct.labels.resize(firings, Label::MISS);
+        }
+        let Direct { returns, labels, wire: Some(wire), .. } = &mut direct else { return };
+        let (mut returns, mut labels) = (returns.as_mut_slice(), labels.as_mut_slice());
+        let mut at = turn.start;
+        let mut all = Vec::new();
+        for cycles in blocks {
+            let own = cycles.start.max(turn.start)..cycles.end.min(turn.end);
+            let count = (own.end - own.start).max(0) as usize * LASERS;
+            let before = (own.start - at).max(0) as usize * LASERS;
+            let (mine, named);
+            (mine, returns) = split(returns, before, count);
+            (named, labels) = split(labels, before, count);
+            all.push(Block {
+                begin: (own.start - turn.start) as usize,
+                skipped: (own.start - cycles.start) as usize,
+                cycles,
+                returns: mine,
+                labels: named,
+            });
+            at = own.end;
+        }
+        all.into_par_iter().for_each(|Block { cycles, begin, skipped, returns, labels }| {
+            self.fire_block(cycles, around, |number, laser, answer| {
+                let Some(number) = number.checked_sub(skipped) else { return };
+                let place = number * LASERS + laser;
+                if place < returns.len() {
+                    let given = answer.given[0].unwrap_or(Given::MISS);
+                    returns[place] = wire.carry(begin + number, laser, given.along_m, given.intensity);
+                    labels[place] = given.label;
+                }
+            });
+        });
+        self.direct = direct;
+    }
+
     /// The turn of these cycles that is complete at `end`, from the answers of its firings.
     pub(super) fn deliver(&self, cycles: Range<i64>, end: Time, turn: &[Answer]) -> (Sweep, Vec<Label>) {
         let start = self.schedule.start(cycles.start);
         let (offset, gaps) = (self.clock_offset(end), self.leaves_gaps());
-        let (mut returns, mut labels) = (Vec::new(), Vec::new());
         let rings = self.beams.len() as u16;
-        if self.is_direct && self.faults.is_empty() && !turn.is_empty() {
-            let bearings = cycles.clone().step_by(2).map(|cycle| self.said_azimuth_rad(&self.shot(cycle, 0)));
-            let wire = Turn::new(bearings);
-            let one = |number: usize| {
-                let given = turn[number].given[0].unwrap_or(Given::MISS);
-                let (cycle, laser) = (number / LASERS, number % LASERS);
-                (wire.carry(cycle, laser, given.along_m, given.intensity), given.label)
-            };
-            let all = (0..turn.len()).into_par_iter().with_min_len(TOGETHER);
-            all.map(one).unzip_into_vecs(&mut returns, &mut labels);
-            return (Sweep { start: start + offset, end: end + offset, rings, returns }, labels);
-        }
         let beams = self.beams.len();
         let said = turn.par_chunks(beams).with_min_len(TOGETHER / beams.min(TOGETHER)).enumerate();
         let said = said.flat_map_iter(|(number, answers)| {
@@ -42,7 +126,7 @@ impl Lidar {
                 returns.map(move |(one, label)| (Return { fired_after, ..one }, label))
             })
         });
-        (returns, labels) = said.unzip();
+        let (returns, labels): (Vec<_>, Vec<_>) = said.unzip();
         let sweep = Sweep { start: start + offset, end: end + offset, rings, returns };
         let carried = self.wire.carry(&sweep).expect("these firings follow the lidar's own table");
         debug_assert_eq!(carried.returns.len(), labels.len());

@@ -84,13 +84,16 @@ impl Lidar {
         let first = cycle.div_euclid(block) * block;
         let mut scratch = self.borrow_scratch();
         let mut answers = vec![super::Answer::NONE; block as usize * self.beams.len()];
-        self.fire_block(first..first + block, around, &mut scratch, &mut answers);
+        self.fire_block(first..first + block, around, |number, beam, answer| {
+            answers[number * self.beams.len() + beam] = answer;
+        });
         // The cycles of the turn alone: faults count from its first.
         let mine = (cycle - first) as usize * self.beams.len() + beam;
         let mut turn = vec![super::Answer::NONE; self.firings(end)];
         let beams = self.beams.len();
         turn[firing - beam..][..beams].copy_from_slice(&answers[mine - beam..][..beams]);
         self.spoil(&cycles, &mut turn);
+        self.turn_head(&(first..first + block), &mut scratch);
         self.cast(&(first..first + block), beam, around, &mut around.optics.caster(), &mut scratch);
         let number = (cycle - first) as usize;
         let shot = scratch.shots[number].clone();
