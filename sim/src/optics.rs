@@ -15,7 +15,7 @@ mod surface;
 mod trace;
 mod turbid;
 
-use arborloop_base::{Class, Time};
+use arborloop_base::{Class, Draws, Time};
 use arborloop_worlds::World;
 use grass::GROUP;
 use nalgebra::{Point3, Vector3};
@@ -39,9 +39,35 @@ pub struct Ray {
     pub range_m_min: f64,
     /// Nothing beyond this distance is met.
     pub range_m_max: f64,
-    /// Optical depth of turbid things (grass, haze) that it gets through before one stops it, drawn by the caller from
-    /// the exponential law of mean one.
-    pub depth: f64,
+    /// How far it gets through turbid things (grass, haze) before one stops it.
+    pub depth: Depth,
+}
+
+/// Optical depth that a ray gets through: by chance, from the exponential law of mean one. Most rays are never asked for
+/// theirs, so that only its exponential is kept, which needs no logarithm to be drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Depth(f64);
+
+impl Depth {
+    /// Nothing turbid stops the ray.
+    pub const ENDLESS: Depth = Depth(0.0);
+
+    /// The draws' next; what [`Draws::exponential`] draws.
+    #[inline]
+    pub fn drawn(draws: &mut Draws) -> Self {
+        Depth(1.0 - draws.unit())
+    }
+
+    /// This one, to rounding.
+    pub fn of(depth: f64) -> Self {
+        Depth((-depth).exp())
+    }
+
+    /// The depth itself.
+    #[inline]
+    pub fn get(self) -> f64 {
+        -self.0.ln()
+    }
 }
 
 /// What a beam met first.

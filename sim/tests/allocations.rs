@@ -1,7 +1,7 @@
 //! Casting a sweep allocates nothing once the threads' scratch is warm, in still air and in the wind.
 
 use arborloop_base::{Seed, Span, Time};
-use arborloop_sim::optics::{Hit, Optics, Ray};
+use arborloop_sim::optics::{Depth, Hit, Optics, Ray};
 use arborloop_worlds::{TerrainSpec, WindSpec, WorldSpec, build};
 use nalgebra::{Point3, Vector3};
 
@@ -21,7 +21,7 @@ fn sweep(turn: i64) -> Vec<Ray> {
             direction: Vector3::new(cos * azimuth.cos(), cos * azimuth.sin(), sin),
             range_m_min: 0.0,
             range_m_max: 100.0,
-            depth: 0.1 + (index % 7) as f64,
+            depth: Depth::of(0.1 + (index % 7) as f64),
         }
     };
     (0..columns * 16).map(ray).collect()

@@ -220,6 +220,23 @@ fn a_turn_of_two_radians_between_two_scans_is_found() {
 }
 
 #[test]
+fn a_system_answers_the_same_whether_or_not_it_is_told_to_settle() {
+    let (sweeps, _) = scans(0.0);
+    for name in NAMES {
+        let mut told = build_default(name, &Rig::default()).unwrap();
+        let settled: Vec<Estimate> = sweeps
+            .iter()
+            .map(|sweep| {
+                let answer = told.observe(&Observation::Sweep(sweep.clone())).unwrap();
+                told.settle();
+                answer
+            })
+            .collect();
+        assert!(settled == run(name, sweeps.clone()), "{name}");
+    }
+}
+
+#[test]
 fn a_robot_that_stands_stays_put_and_is_told_free_from_occupied() {
     let grove = Grove::new();
     for name in SYSTEMS {

@@ -1,7 +1,7 @@
 //! Where a picture is taken from.
 
 use arborloop_base::Time;
-use arborloop_sim::optics::Ray;
+use arborloop_sim::optics::{Depth, Ray};
 use nalgebra::{Point2, Point3, Vector3};
 
 /// A camera in the world frame; up is z.
@@ -55,7 +55,7 @@ impl Camera {
                 (*from, (ahead + across * (right * pixel) + below * (down * pixel)).normalize())
             }
         };
-        Ray { stamp, origin, direction, range_m_min: 0.0, range_m_max: 300.0, depth: depth(u, v) }
+        Ray { stamp, origin, direction, range_m_min: 0.0, range_m_max: 300.0, depth: Depth::of(depth(u, v)) }
     }
 }
 

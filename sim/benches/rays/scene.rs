@@ -4,7 +4,7 @@
 //! 5 to 8 cm in an ellipsoid, and a trunk of 24 upright strips, which here count as leaves.
 
 use arborloop_base::{Draws, Seed, Span, Time};
-use arborloop_sim::optics::Ray;
+use arborloop_sim::optics::{Depth, Ray};
 use arborloop_worlds::wind::{LEAVES_PER_SHOOT, LEAVES_PER_SPUR};
 use arborloop_worlds::{
     GrassSpec, Hinge, Leaf, Plant, Planting, Prototype, SurroundingsSpec, TerrainSpec, Wind, WindSpec, World,
@@ -269,7 +269,7 @@ pub(crate) fn rays(orchard: &Orchard, poses: usize) -> Vec<Ray> {
                         ),
                         range_m_min: 0.0,
                         range_m_max: 100.0,
-                        depth: f64::INFINITY,
+                        depth: Depth::ENDLESS,
                     });
                 }
             }

@@ -87,7 +87,7 @@ impl Grass {
     /// Adds the stretches of a beam below the blades' tips up to `end_m`, which is not under the soil; it may be in the
     /// grass from `begin` on. The way beyond the stretch that uses the beam's depth up is not looked at.
     pub(super) fn spans(&self, ray: &Ray, begin: f64, end_m: f64, spans: &mut Vec<Span>) {
-        let mut depth = ray.depth;
+        let mut depth = ray.depth.get();
         self.pieces(ray, begin, end_m, |from_m, to_m| {
             self.add(from_m, to_m, spans);
             depth -= self.extinction_per_m * (to_m - from_m);
@@ -166,7 +166,7 @@ fn piece(
 
 #[cfg(test)]
 mod tests {
-    use super::super::turbid;
+    use super::super::{Depth, turbid};
     use super::*;
     use crate::Scenario;
     use arborloop_base::{Draws, Seed};
@@ -202,7 +202,7 @@ mod tests {
                     range_m_min: 0.3,
                     range_m_max: 40.0,
                     stamp: Default::default(),
-                    depth: draw.exponential(),
+                    depth: Depth::drawn(draw),
                 }
             };
             let rays: [Ray; GROUP] = std::array::from_fn(|_| ray(&mut draw));
@@ -216,7 +216,7 @@ mod tests {
                 assert_eq!(fast, slow, "beam {lane} of {group}");
                 met += usize::from(!slow.is_empty());
                 // Where the grass is alone, it stops the beam where all that is turbid together would.
-                let wanted = turbid::stop(&mut fast, ray.depth, 12.0).map(|(stop_m, _)| stop_m);
+                let wanted = turbid::stop(&mut fast, ray.depth.get(), 12.0).map(|(stop_m, _)| stop_m);
                 assert_eq!(stops[lane].is_some(), wanted.is_some(), "beam {lane} of {group}");
                 let apart_m = stops[lane].unwrap_or(0.0) - wanted.unwrap_or(0.0);
                 assert!(apart_m.abs() < 1e-9, "beam {lane} of {group}: {apart_m} m");

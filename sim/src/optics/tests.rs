@@ -23,7 +23,7 @@ fn ray(origin: [f64; 3], direction: [f64; 3]) -> Ray {
 /// A ray that gets through all grass.
 fn along(origin: Point3<f64>, direction: Vector3<f64>, range_m_max: f64) -> Ray {
     let stamp = Time::SIMULATION_START;
-    Ray { stamp, origin, direction, range_m_min: 0.0, range_m_max, depth: f64::INFINITY }
+    Ray { stamp, origin, direction, range_m_min: 0.0, range_m_max, depth: Depth::ENDLESS }
 }
 
 /// Rays from one place in every direction, by the golden spiral.
@@ -98,7 +98,7 @@ fn grass_lets_light_through_as_beer_and_lambert_say() {
     let count = 20_000;
     let through = (0..count)
         .filter(|&n| {
-            let hit = optics.cast(&Ray { depth: stream.at(n).exponential(), ..beam }).unwrap();
+            let hit = optics.cast(&Ray { depth: Depth::drawn(&mut stream.at(n)), ..beam }).unwrap();
             assert!(hit.range_m >= (0.45 - height) / sin - 1e-9 && hit.range_m <= 0.45 / sin + 1e-9);
             hit.class == Class::Ground
         })

@@ -139,7 +139,10 @@ impl Turbid {
         spans.clear();
         begin.into_iter().for_each(|begin| self.grass.spans(ray, begin, end_m, spans));
         self.mist.spans(world, scene, ray, end_m, spans, worker);
-        let (range_m, medium) = stop(spans, ray.depth, end_m)?;
+        if spans.is_empty() {
+            return None;
+        }
+        let (range_m, medium) = stop(spans, ray.depth.get(), end_m)?;
         let mut hit = Turbid::blade(world, range_m);
         if let Medium::Haze(index) = medium {
             let plant = &world.plants[index];
@@ -160,7 +163,7 @@ impl Turbid {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Optics;
+    use super::super::{Depth, Optics};
     use super::*;
     use arborloop_base::Time;
     use arborloop_worlds::{
@@ -216,7 +219,7 @@ mod tests {
                 direction: Vector3::x(),
                 range_m_min: 0.0,
                 range_m_max: 40.0,
-                depth: stream.at(n).exponential(),
+                depth: Depth::drawn(&mut stream.at(n)),
             };
             let hit = optics.cast(&ray);
             assert!(hit.is_none_or(|hit| hit.class == Class::Leaf && hit.instance == 7));

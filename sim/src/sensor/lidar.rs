@@ -256,6 +256,17 @@ impl Lidar {
         let mut scratch = self.borrow_scratch();
         let mut caster = around.optics.caster();
         self.turn_head(&cycles, &mut scratch);
+        if self.is_lone() {
+            for beam in 0..self.beams.len() {
+                self.cast_lone(&cycles, beam, around, &mut caster, &mut scratch);
+                for number in 0..scratch.shots.len() {
+                    let given = self.given_lone(&scratch.shots[number], scratch.met(number));
+                    put(number, beam, Answer { dropped: false, given: [Some(given), None] });
+                }
+            }
+            self.scratch.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
+            return;
+        }
         for beam in 0..self.beams.len() {
             self.cast(&cycles, beam, around, &mut caster, &mut scratch);
             for number in 0..scratch.shots.len() {

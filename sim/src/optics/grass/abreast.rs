@@ -123,7 +123,7 @@ fn stop(grass: &Grass, rays: &[Ray], begins: &[Option<f64>], ends_m: &[f64], sto
         }
         (origin_z[lane], along_z[lane]) = (ray.origin.z, ray.direction.z);
         (begin[lane], enter[lane]) = (begin_m, ray.range_m_min);
-        (left[lane], end[lane]) = (ray.depth, ends_m[lane]);
+        (left[lane], end[lane]) = (ray.depth.get(), ends_m[lane]);
     }
     let mut x = Axis::new(from[0], along[0], cells.count[0], &begin, &mut enter);
     let mut y = Axis::new(from[1], along[1], cells.count[1], &begin, &mut enter);

@@ -3,7 +3,7 @@
 mod grove;
 mod registers;
 
-use super::super::{Optics, Ray};
+use super::super::{Depth, Optics, Ray};
 use super::moment::Knots;
 use super::*;
 use arborloop_base::{Class, Seed, Time};
@@ -184,7 +184,7 @@ fn empty_and_degenerate_things_are_met_by_nobody() {
             direction: (target - origin).normalize(),
             range_m_min: 0.0,
             range_m_max: 50.0,
-            depth: f64::INFINITY,
+            depth: Depth::ENDLESS,
         };
         let hit = optics.cast(&ray).unwrap();
         assert_eq!(
@@ -215,7 +215,7 @@ fn a_beam_from_inside_a_trunk_meets_its_bark_and_one_from_under_the_soil_meets_i
         direction: Vector3::x(),
         range_m_min: 0.0,
         range_m_max: 50.0,
-        depth: 1.0,
+        depth: Depth::of(1.0),
     };
     let hit = optics.cast(&inside).unwrap();
     assert_eq!((hit.class, hit.instance), (Class::Trunk, 1));

@@ -1,9 +1,10 @@
 //! What the sensor reports of a firing: which echoes it sees and chooses, with noise, dropout and the intensity byte.
 
-use super::cast::{Scratch, Shot};
+use super::cast::{Scratch, Shot, Surface};
 use super::echo::{self, Echo};
 use super::model::EchoChoice;
 use super::{Beam, Lidar};
+use crate::optics::Hit;
 use arborloop_base::{Draws, Label, Return, Span, Wire};
 
 /// What is reported of one firing, a miss included.
@@ -58,12 +59,7 @@ impl Lidar {
         let given = match surfaces.as_mut_slice() {
             [] => [Some(Given::MISS), None],
             // Whichever echoes are chosen, a lone one is.
-            [only] => {
-                let echo = echo::alone(only);
-                let along_m = if self.sees(&echo).is_ok() { self.measure(shot, &echo, 0) } else { None };
-                let intensity = if along_m.is_some() { byte(echo.brightness) } else { 0.0 };
-                [Some(Given { along_m, intensity, label: echo.label }), None]
-            }
+            [only] => [Some(self.given_alone(shot, only)), None],
             several => {
                 echo::form(several, self.spec.model.pulse.length_m, self.width_rad, echoes);
                 let given = self.choice_of(shot, echoes);
@@ -71,6 +67,23 @@ impl Lidar {
             }
         };
         Answer { dropped: false, given }
+    }
+
+    /// What is reported of a lone shot.
+    #[inline(always)]
+    pub(super) fn given_lone(&self, shot: &Shot, met: Option<&Hit>) -> Given {
+        let share = self.footprint[0].share;
+        let only = |hit: &Hit| Surface { hit: *hit, sub_ray: 0, layer: 0, share };
+        met.map_or(Given::MISS, |hit| self.given_alone(shot, &only(hit)))
+    }
+
+    /// What is reported of a surface that is all that a shot met.
+    #[inline(always)]
+    fn given_alone(&self, shot: &Shot, only: &Surface) -> Given {
+        let echo = echo::alone(only);
+        let along_m = if self.sees(&echo).is_ok() { self.measure(shot, &echo, 0) } else { None };
+        let intensity = if along_m.is_some() { byte(echo.brightness) } else { 0.0 };
+        Given { along_m, intensity, label: echo.label }
     }
 
     /// What is reported of several echoes.

@@ -1,7 +1,7 @@
 //! Rays of one beam in a block of firing cycles: what the footprint of every firing meets, and what lies behind leaves.
 
 use super::{Beam, Lidar, Surroundings};
-use crate::optics::{Caster, Hit, Ray};
+use crate::optics::{Caster, Depth, Hit, Ray};
 use crate::sensor::motion::Stretch;
 use arborloop_base::{Draws, Time};
 use nalgebra::{Point3, Vector3};
@@ -65,6 +65,14 @@ struct Owner {
     share: f64,
 }
 
+impl Scratch {
+    /// What a lone shot met, the robot's own body included.
+    #[inline(always)]
+    pub(super) fn met(&self, number: usize) -> Option<&Hit> {
+        self.hits[number].as_ref().or(self.bodies[number].as_ref())
+    }
+}
+
 impl Lidar {
     /// Where the head looks at the begin of each of these cycles.
     pub(super) fn turn_head(&self, cycles: &Range<i64>, scratch: &mut Scratch) {
@@ -73,9 +81,12 @@ impl Lidar {
         scratch.bearings.extend(cycles.clone().map(|cycle| bearing_rad(cycle).sin_cos()));
     }
 
+    /// Whether a shot meets one surface at most: one ray, nothing behind leaves, nothing in the air or on the window.
+    pub(super) fn is_lone(&self) -> bool {
+        self.footprint.len() == 1 && !self.looks_behind && self.air.is_clear() && self.faults.is_empty()
+    }
+
     /// Fills the scratch with a beam's shots in these cycles, for which the head was turned, and with what they met.
-    ///
-    /// Rays that follow each other look alike: the same ray of the footprint over the azimuths of one laser.
     pub(super) fn cast(
         &self,
         cycles: &Range<i64>,
@@ -84,18 +95,7 @@ impl Lidar {
         caster: &mut Caster<'_>,
         scratch: &mut Scratch,
     ) {
-        scratch.shots.clear();
-        scratch.rays.clear();
-        scratch.bodies.clear();
-        scratch.owners.clear();
-        let mut stretch = around.motion.stretch(self.schedule.start(cycles.start));
-        for (number, cycle) in cycles.clone().enumerate() {
-            let stamp = self.schedule.start(cycle) + self.beams[beam].fires_after;
-            if !stretch.holds(stamp) {
-                stretch = around.motion.stretch(stamp);
-            }
-            self.aim(cycle, beam, number, &stretch, around, scratch);
-        }
+        self.aim_all(cycles, beam, around, scratch);
         // The middle rays stand first; the rings of the footprint follow, ray by ray.
         self.widen(around, scratch);
         let shots = scratch.shots.len();
@@ -104,6 +104,36 @@ impl Lidar {
         }
         scratch.surfaces[..shots].iter_mut().for_each(Vec::clear);
         self.follow(caster, scratch);
+    }
+
+    /// The same where every shot is lone: what it met stands in [`Scratch::met`] alone.
+    #[inline(always)]
+    pub(super) fn cast_lone(
+        &self,
+        cycles: &Range<i64>,
+        beam: usize,
+        around: Surroundings<'_>,
+        caster: &mut Caster<'_>,
+        scratch: &mut Scratch,
+    ) {
+        self.aim_all(cycles, beam, around, scratch);
+        caster.cast(&scratch.rays, &mut scratch.hits);
+    }
+
+    /// The middle rays of a beam's shots. Those that follow each other look alike: the azimuths of one laser.
+    #[inline(always)]
+    fn aim_all(&self, cycles: &Range<i64>, beam: usize, around: Surroundings<'_>, scratch: &mut Scratch) {
+        scratch.shots.clear();
+        scratch.rays.clear();
+        scratch.bodies.clear();
+        let mut stretch = around.motion.stretch(self.schedule.start(cycles.start));
+        for (number, cycle) in cycles.clone().enumerate() {
+            let stamp = self.schedule.start(cycle) + self.beams[beam].fires_after;
+            if !stretch.holds(stamp) {
+                stretch = around.motion.stretch(stamp);
+            }
+            self.aim(cycle, beam, number, &stretch, around, scratch);
+        }
     }
 
     #[inline(always)]
@@ -139,14 +169,12 @@ impl Lidar {
         scratch: &mut Scratch,
     ) {
         let mut shot = self.shot(cycle, beam);
-        let (stamp, depth) = (shot.stamp, shot.draws.exponential());
+        let (stamp, depth) = (shot.stamp, Depth::drawn(&mut shot.draws));
         let beam = &self.beams[beam];
         let exit = match self.spec.model.beams.radius_m {
             0.0 => beam.exit_in_base,
             _ => self.base_from_lidar * self.exit(&shot),
         };
-        let share = self.footprint[0].share;
-        scratch.owners.push(Owner { shot: scratch.shots.len(), sub_ray: 0, layer: 0, share });
         scratch.shots.push(shot);
         // The bearing less the beam's lag.
         let ((sin, cos), (sin_lag, cos_lag)) = (scratch.bearings[number], beam.lag);
@@ -182,6 +210,10 @@ impl Lidar {
 
     /// The other rays of the footprint: the middle ones turned by small angles, in the world.
     fn widen(&self, around: Surroundings<'_>, scratch: &mut Scratch) {
+        let share = self.footprint[0].share;
+        let middle = |shot| Owner { shot, sub_ray: 0, layer: 0, share };
+        scratch.owners.clear();
+        scratch.owners.extend((0..scratch.shots.len()).map(middle));
         for (sub_ray, off) in self.footprint.iter().enumerate().skip(1) {
             let chance = self.noise.child(SUB_RAYS + sub_ray as u64);
             for shot in 0..scratch.shots.len() {
@@ -195,7 +227,7 @@ impl Lidar {
                 let direction = along + left * off.across_rad.tan() + up * off.up_rad.tan();
                 let mut ray = Ray {
                     direction: direction.normalize(),
-                    depth: chance.at(scratch.shots[shot].index).exponential(),
+                    depth: Depth::drawn(&mut chance.at(scratch.shots[shot].index)),
                     range_m_max: self.spec.range_m_max,
                     ..ray
                 };
@@ -250,7 +282,7 @@ impl Lidar {
                     let chance = self.noise.child(LAYERS + u64::from(layer * 64) + u64::from(owner.sub_ray));
                     scratch.next_rays.push(Ray {
                         range_m_min: hit.range_m + BEHIND_M,
-                        depth: chance.at(scratch.shots[owner.shot].index).exponential(),
+                        depth: Depth::drawn(&mut chance.at(scratch.shots[owner.shot].index)),
                         ..*ray
                     });
                     scratch.next_owners.push(Owner { layer: owner.layer + 1, share, ..*owner });

@@ -1,6 +1,6 @@
 //! What the tracer is tested on: six trees on bumpy ground, a sweep through them, and a search through every surface.
 
-use super::super::super::{Hit, Optics, Ray, surface};
+use super::super::super::{Depth, Hit, Optics, Ray, surface};
 use arborloop_base::{Class, Seed, Span, Time};
 use arborloop_worlds::{
     Frustum, GrassSpec, Hinge, Leaf, Plant, Planting, Prototype, Solid, SurroundingsSpec, TerrainSpec, Wind,
@@ -101,7 +101,7 @@ pub(super) fn sweep(speed: Vector3<f64>, columns: usize) -> Vec<Ray> {
                     direction: Vector3::new(level * azimuth.cos(), level * azimuth.sin(), elevation.sin()),
                     range_m_min: 0.0,
                     range_m_max: 100.0,
-                    depth: f64::INFINITY,
+                    depth: Depth::ENDLESS,
                 });
             }
         }
