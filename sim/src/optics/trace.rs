@@ -27,7 +27,7 @@ use super::{Ray, surface};
 use arborloop_base::Time;
 use arborloop_worlds::wind::{Drift, LEAVES_PER_SHOOT, shoot_direction};
 use arborloop_worlds::{Leaf, Plant, Prototype, World};
-use ease::Mobility;
+use ease::{Mobility, Poses};
 use ground::Soil;
 pub(super) use lanes::Isa;
 use moment::Knots;
@@ -102,6 +102,8 @@ pub(super) struct Worker {
     knots: Knots,
     fitted: Fitted,
     stack: Vec<Pending>,
+    /// Where the shoots of the plant that is looked at are, node by node.
+    poses: Vec<Poses>,
 }
 
 /// A surface that a beam meets.
@@ -180,10 +182,12 @@ impl Scene {
     }
 
     pub(super) fn worker(&self, world: &World) -> Worker {
+        let nodes = self.grown.iter().map(|grown| grown.nodes.len()).max().unwrap_or(0);
         Worker {
             knots: Knots::new(self, world),
             fitted: self.upper.fitted(world),
             stack: Vec::with_capacity(256),
+            poses: vec![Poses::default(); if world.wind.blows() { nodes } else { 0 }],
         }
     }
 
@@ -313,7 +317,7 @@ struct Part {
 impl Grown {
     /// With the boxes of everything in it.
     fn new(prototype: &Prototype) -> (Self, Vec<Part>) {
-        let (shoots, mut boxes, spurs) = shoot::shoots(&prototype.leaves);
+        let (mut shoots, mut boxes, spurs) = shoot::shoots(&prototype.leaves);
         let mut children: Vec<Child> = (0..shoots.len()).map(|index| Child::new(SHOOT, index)).collect();
         for (index, branch) in prototype.branches.iter().enumerate() {
             let pieces = (branch.height_m / PIECE_M).ceil().clamp(1.0, 64.0) as usize;
@@ -328,6 +332,11 @@ impl Grown {
         let half_v_m = prototype.leaves.iter().map(|leaf| leaf.half_v.norm());
         let half_v_m_max = half_v_m.fold(1e-9, f64::max) as f32;
         let nodes = node::tree(&boxes, &children);
+        for (index, node) in nodes.iter().enumerate() {
+            for (slot, child) in node.things().filter(|(_, child)| child.kind() == SHOOT) {
+                shoots[child.index()].sit(8 * index + slot);
+            }
+        }
         let mobility = |node: &Node| Mobility::new(node, &shoots, &prototype.leaves, half_v_m_max);
         let along = |index: usize| shoots.get(index).map_or(Vector3::zeros(), |_| shoot_direction(index));
         let parts = boxes.iter().enumerate().filter(|(_, rest)| rest.is_real());

@@ -1,12 +1,11 @@
 //! A list of rays on its way down: packets through the upper tree, into each plant's frame, through its own tree.
 
-use super::ease::{AtRest, Swaying};
-use super::flutter::Flutter;
+use super::ease::{AtRest, Ease, Poses, Prepare, Swaying};
 use super::lanes::{Isa, Lanes};
 use super::moment::Knots;
 use super::node::Child;
-use super::walk::{self, Beams, Foresee, Met, Nearest, Pending, Visit};
-use super::{Found, Grown, PLANT, SHOOT, SOLID, SPUR, Scene, Surface, TILE, Worker, packet, simd};
+use super::walk::{self, Beams, Expect, Met, Nearest, Pending, Visit};
+use super::{Found, Grown, PLANT, SHOOT, SOLID, Scene, Surface, TILE, Worker, packet, simd};
 use crate::optics::Ray;
 use arborloop_base::Time;
 use arborloop_worlds::World;
@@ -35,7 +34,7 @@ impl simd::Job for Tracing<'_> {
             let origin = packet.origin - self.scene.center;
             let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
             let beams = Beams::<I>::new(origin, wide.direction, wide.mask);
-            let Worker { knots, fitted, stack } = &mut *self.worker;
+            let Worker { knots, fitted, stack, poses } = &mut *self.worker;
             let mut visit = InWorld {
                 scene: self.scene,
                 world: self.world,
@@ -43,9 +42,10 @@ impl simd::Job for Tracing<'_> {
                 stamp: packet.stamp,
                 beams: &beams,
                 knots,
+                poses,
             };
             let top = fitted.at(self.scene, self.world, packet.stamp);
-            walk::walk(top, &beams, wide.mask, &AtRest, &mut nearest, stack, &mut visit);
+            walk::walk(top, &beams, wide.mask, &mut AtRest, &mut nearest, stack, &mut visit);
             let mut ranges = [0.0_f32; packet::GROUP];
             nearest.range.sub(wide.ahead).store(&mut ranges);
             let mut lane = 0;
@@ -84,11 +84,19 @@ struct InWorld<'a, I: Isa> {
     stamp: Time,
     beams: &'a Beams<I>,
     knots: &'a mut Knots,
+    poses: &'a mut [Poses],
 }
 
-impl<I: Isa> Visit<I> for InWorld<'_, I> {
+impl<I: Isa> Visit<I, AtRest> for InWorld<'_, I> {
     #[inline(always)]
-    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
+    fn visit(
+        &mut self,
+        _: &AtRest,
+        child: Child,
+        mask: u32,
+        nearest: &mut Nearest<I>,
+        stack: &mut Vec<Pending>,
+    ) {
         let index = child.index();
         match child.kind() {
             TILE => self.scene.soil.meet(index, self.beams, mask, nearest),
@@ -101,13 +109,14 @@ impl<I: Isa> Visit<I> for InWorld<'_, I> {
     }
 }
 
-impl<I: Isa> Foresee for InWorld<'_, I> {
+impl<I: Isa> Expect<AtRest> for InWorld<'_, I> {
     #[inline(always)]
-    fn foresee(&self, child: Child) {
+    fn expect(&mut self, _: &AtRest, child: Child, _: usize) {
         if child.kind() == PLANT {
-            simd::prefetch(&self.scene.plants[child.index()].plant_from_world);
             if self.world.wind.blows() {
-                self.knots.foresee(self.world, child.index(), self.stamp);
+                self.knots.foresee(self.scene, self.world, child.index(), self.stamp);
+            } else {
+                simd::prefetch(&self.scene.plants[child.index()].plant_from_world);
             }
         }
     }
@@ -118,14 +127,14 @@ impl<I: Isa> InWorld<'_, I> {
     #[inline(always)]
     fn enter(&mut self, index: usize, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
         let (scene, all, packet_origin) = (self.scene, self.beams, self.packet_origin);
-        let standing = &scene.plants[index];
-        let grown = &scene.grown[standing.prototype as usize];
-        let (map, flutter) = if self.world.wind.blows() {
+        let (map, flutter, prototype) = if self.world.wind.blows() {
             let moment = self.knots.near(scene, self.world, index, self.stamp);
-            (&moment.plant_from_world, Some(&moment.flutter))
+            (&moment.plant_from_world, Some(&moment.flutter), moment.prototype)
         } else {
-            (&standing.plant_from_world, None)
+            let standing = &scene.plants[index];
+            (&standing.plant_from_world, None, standing.prototype)
         };
+        let grown = &scene.grown[prototype as usize];
         let origin = map.point(&packet_origin);
         let mut direction = all.direction;
         let mut axis = 0;
@@ -140,13 +149,17 @@ impl<I: Isa> InWorld<'_, I> {
         }
         let origin = [origin.x as f32, origin.y as f32, origin.z as f32];
         let beams = Beams::<I>::new(origin, direction, mask);
-        let mut visit = InPlant { grown, place: index as u32, flutter, beams: &beams };
+        let (place, beams) = (index as u32, &beams);
         match flutter {
             Some(flutter) => {
-                let ease = Swaying::new(&grown.mobility, flutter, grown.half_v_m_max);
-                walk::walk(&grown.nodes, &beams, mask, &ease, nearest, stack, &mut visit);
+                let mut ease = Swaying::new(&grown.mobility, flutter, grown.half_v_m_max, self.poses);
+                let mut visit = InPlant { grown, place, beams };
+                walk::walk(&grown.nodes, beams, mask, &mut ease, nearest, stack, &mut visit);
             }
-            None => walk::walk(&grown.nodes, &beams, mask, &AtRest, nearest, stack, &mut visit),
+            None => {
+                let mut visit = InPlant { grown, place, beams };
+                walk::walk(&grown.nodes, beams, mask, &mut AtRest, nearest, stack, &mut visit);
+            }
         }
     }
 }
@@ -155,33 +168,36 @@ impl<I: Isa> InWorld<'_, I> {
 struct InPlant<'a, I: Isa> {
     grown: &'a Grown,
     place: u32,
-    flutter: Option<&'a Flutter>,
     beams: &'a Beams<I>,
 }
 
-impl<I: Isa> Visit<I> for InPlant<'_, I> {
+impl<I: Isa, E: Ease<I>> Visit<I, E> for InPlant<'_, I> {
     #[inline(always)]
-    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>) {
-        let index = child.index();
+    fn visit(
+        &mut self,
+        ease: &E,
+        child: Child,
+        mask: u32,
+        nearest: &mut Nearest<I>,
+        stack: &mut Vec<Pending>,
+    ) {
+        let (index, place) = (child.index(), self.place);
         if child.kind() == SHOOT {
             let Grown { shoots, spurs, .. } = self.grown;
-            let (flutter, beams, place) = (self.flutter, self.beams, self.place);
-            shoots[index].meet(index, spurs, flutter, beams, mask, place, nearest, stack, &*self);
+            let shoot = &shoots[index];
+            shoot.meet(index, spurs, ease.pose(shoot.seat()), self.beams, mask, place, nearest, stack);
         } else {
-            let met = Met { place: self.place, part: Met::BRANCH | index as u32 };
+            let met = Met { place, part: Met::BRANCH | index as u32 };
             self.grown.branches[index].meet(self.beams, mask, met, nearest);
         }
     }
 }
 
-impl<I: Isa> Foresee for InPlant<'_, I> {
+impl<I: Isa, E: Prepare> Expect<E> for InPlant<'_, I> {
     #[inline(always)]
-    fn foresee(&self, child: Child) {
-        match child.kind() {
-            SHOOT => self.grown.shoots[child.index()].foresee(self.flutter.is_some()),
-            SPUR if self.flutter.is_some() => simd::prefetch(&self.grown.spurs[child.index()]),
-            SPUR => simd::prefetch(&self.grown.spurs[child.index()].rest),
-            _ => {}
+    fn expect(&mut self, ease: &E, child: Child, seat: usize) {
+        if child.kind() == SHOOT {
+            self.grown.shoots[child.index()].expect(ease.pose(seat));
         }
     }
 }

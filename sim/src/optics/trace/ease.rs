@@ -3,7 +3,8 @@
 use super::flutter::Flutter;
 use super::lanes::{Bytes, Isa, Lanes};
 use super::node::Node;
-use super::shoot::{LEAF_SIN_MAX, Shoot};
+use super::shoot::{self, LEAF_SIN_MAX, Shoot};
+use super::spur::Turn;
 use super::{MARGIN_M, SHOOT, simd};
 use arborloop_worlds::Leaf;
 use arborloop_worlds::wind::LEAVES_PER_SHOOT;
@@ -14,13 +15,35 @@ pub(super) type Boxes<I> = [[<I as Isa>::Half; 2]; 3];
 /// How wide boxes are held.
 pub(super) trait Ease<I: Isa>: Prepare {
     /// The boxes of a node as seen from a point of its frame, with room for rounding and for all that moves in them.
-    fn boxes(&self, index: usize, node: &Node, from: &[f32; 3]) -> Boxes<I>;
+    fn boxes(&mut self, index: usize, node: &Node, from: &[f32; 3]) -> Boxes<I>;
+}
+
+/// Where the things in eight seats are that swing by themselves.
+#[derive(Debug, Clone, Default)]
+#[repr(C, align(64))]
+pub(super) struct Poses {
+    shift_m: [f32; 8],
+    sin: [f32; 8],
+    cos: [f32; 8],
+    /// See [`shoot::stage`].
+    stage: [f32; 8],
+}
+
+/// Where one of them is: how far along its line it is, meters, and how far its leaves have turned.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pose {
+    pub(super) shift_m: f32,
+    pub(super) turn: Turn,
+    pub(super) stage: f32,
 }
 
 /// Knows when boxes will be asked for.
 pub(super) trait Prepare {
     /// The node is likely to be opened soon.
     fn foresee(&self, index: usize);
+
+    /// Where the shoot in a seat is whose node was opened; nothing if it rests.
+    fn pose(&self, seat: usize) -> Option<Pose>;
 }
 
 /// The boxes of a node as the tree has them, wider by `room_m` on every side.
@@ -45,7 +68,7 @@ pub(super) struct AtRest;
 
 impl<I: Isa> Ease<I> for AtRest {
     #[inline(always)]
-    fn boxes(&self, _: usize, node: &Node, from: &[f32; 3]) -> Boxes<I> {
+    fn boxes(&mut self, _: usize, node: &Node, from: &[f32; 3]) -> Boxes<I> {
         around::<I>(node, from, MARGIN_M)
     }
 }
@@ -53,6 +76,11 @@ impl<I: Isa> Ease<I> for AtRest {
 impl Prepare for AtRest {
     #[inline(always)]
     fn foresee(&self, _: usize) {}
+
+    #[inline(always)]
+    fn pose(&self, _: usize) -> Option<Pose> {
+        None
+    }
 }
 
 /// Shoots and leaves move: a shoot's box is moved with it and held wider by what its leaves do, a box around several
@@ -60,6 +88,7 @@ impl Prepare for AtRest {
 pub(super) struct Swaying<'a> {
     mobility: &'a [Mobility],
     flutter: &'a Flutter,
+    poses: &'a mut [Poses],
     /// No leaf reaches farther than this from where it rests, meters, its shoot's shift left out; a 255th of it.
     leaf_m: f32,
     /// The shoot's shift included, and room for rounding.
@@ -69,28 +98,47 @@ pub(super) struct Swaying<'a> {
 impl<'a> Swaying<'a> {
     /// `half_v_m_max` is as far as any leaf reaches from its `half_u`, meters.
     #[inline(always)]
-    pub(super) fn new(mobility: &'a [Mobility], flutter: &'a Flutter, half_v_m_max: f32) -> Self {
-        let leaf_m = flutter.leaf_sin * half_v_m_max;
+    pub(super) fn new(
+        mobility: &'a [Mobility],
+        flutter: &'a Flutter,
+        half_v_m_max: f32,
+        poses: &'a mut [Poses],
+    ) -> Self {
+        let leaf_m = flutter.leaf_sin() * half_v_m_max;
         Swaying {
             mobility,
             flutter,
+            poses,
             leaf_m: leaf_m * (1.0 / 255.0),
-            room_m: flutter.shoot_m + leaf_m + MARGIN_M,
+            room_m: flutter.shoot_m() + leaf_m + MARGIN_M,
         }
     }
 }
 
 impl<I: Isa> Ease<I> for Swaying<'_> {
     #[inline(always)]
-    fn boxes(&self, index: usize, node: &Node, from: &[f32; 3]) -> Boxes<I> {
-        if node.has_nodes() {
+    fn boxes(&mut self, index: usize, node: &Node, from: &[f32; 3]) -> Boxes<I> {
+        let has_nodes = node.has_nodes();
+        if has_nodes && !node.has_things() {
             return around::<I>(node, from, self.room_m);
         }
         let mobility = &self.mobility[index];
-        let [sin, cos] = self.flutter.shared();
-        let sin = I::Half::load(sin).pick(&mobility.pitch);
-        let cos = I::Half::load(cos).pick(&mobility.pitch);
-        let shift = cos.fma(I::Half::load(&mobility.ahead[0]), sin.mul(I::Half::load(&mobility.ahead[1])));
+        // As `Flutter` says for one shoot, to the bit.
+        let ahead = [I::Half::load(&mobility.ahead[0]), I::Half::load(&mobility.ahead[1])];
+        let [sin, cos] = self.flutter.shoots();
+        let (sin, cos) = (I::Half::load(sin).pick(&mobility.pitch), I::Half::load(cos).pick(&mobility.pitch));
+        let shift = sin.mul(ahead[1]).add(cos.mul(ahead[0]));
+        let [sin, cos] = self.flutter.leaves();
+        let (sin, cos) = (I::Half::load(sin).pick(&mobility.pitch), I::Half::load(cos).pick(&mobility.pitch));
+        let sin = sin.mul(ahead[1]).add(cos.mul(ahead[0]));
+        let poses = &mut self.poses[index];
+        shift.store(&mut poses.shift_m);
+        sin.store(&mut poses.sin);
+        shoot::stage::<I>(sin).store(&mut poses.stage);
+        I::Half::splat(1.0).sub(sin.mul(sin)).sqrt().store(&mut poses.cos);
+        if has_nodes {
+            return around::<I>(node, from, self.room_m);
+        }
         let (leaf, margin) = (I::Half::splat(self.leaf_m), I::Half::splat(MARGIN_M));
         let mut boxes = [[I::Half::splat(0.0); 2]; 3];
         let mut axis = 0;
@@ -113,6 +161,13 @@ impl Prepare for Swaying<'_> {
     #[inline(always)]
     fn foresee(&self, index: usize) {
         simd::prefetch(&self.mobility[index]);
+    }
+
+    #[inline(always)]
+    fn pose(&self, seat: usize) -> Option<Pose> {
+        let (poses, slot) = (&self.poses[seat / 8], seat % 8);
+        let turn = Turn { sin: poses.sin[slot], cos: poses.cos[slot] };
+        Some(Pose { shift_m: poses.shift_m[slot], turn, stage: poses.stage[slot] })
     }
 }
 
@@ -197,9 +252,10 @@ mod tests {
             let stem = world.wind.stem(0).unwrap();
             let [sin, cos] = flutter::sin_cos::<Portable>(&stem.turns_at((1e3 * seconds).round() as i64));
             let flutter = Flutter::new(&world.wind.bend(0, seconds).unwrap(), &sin, &cos);
-            let ease = Swaying::new(&grown.mobility, &flutter, grown.half_v_m_max);
+            let mut poses = vec![Poses::default(); grown.nodes.len()];
+            let mut ease = Swaying::new(&grown.mobility, &flutter, grown.half_v_m_max, &mut poses);
             for (index, node) in grown.nodes.iter().enumerate() {
-                let wider = Ease::<Portable>::boxes(&ease, index, node, &[0.0; 3]);
+                let wider = Ease::<Portable>::boxes(&mut ease, index, node, &[0.0; 3]);
                 for (slot, child) in node.things().filter(|(_, child)| child.kind() == SHOOT) {
                     let first = child.index() * LEAVES_PER_SHOOT;
                     let now = (first..leaves.len().min(first + LEAVES_PER_SHOOT))

@@ -9,12 +9,9 @@ use arborloop_worlds::wind::Bend;
 /// lack: the same bits everywhere.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Flutter {
-    shoots: [[f32; 8]; 2],
-    leaves: [[f32; 4]; 2],
-    /// How far shoots shift at most, plant frame, meters.
-    pub(super) shoot_m: f32,
-    /// Sine of the farthest turn of leaves.
-    pub(super) leaf_sin: f32,
+    /// Four sines for shoots, four for leaves, four cosines for shoots, four for leaves, then what they are multiplied by,
+    /// shoots' and leaves'. So who reads eight at once may begin with any of the fours.
+    phases: [f32; 20],
 }
 
 impl Flutter {
@@ -22,38 +19,60 @@ impl Flutter {
     #[inline(always)]
     pub(super) fn new(bend: &Bend, sin: &[f32; 16], cos: &[f32; 16]) -> Self {
         let (shoot_m, leaf_sin) = (bend.shoot_m as f32, bend.leaf_sin as f32);
-        let mut flutter = Flutter { shoots: [[0.0; 8]; 2], leaves: [[0.0; 4]; 2], shoot_m, leaf_sin };
-        let mut slot = 0;
-        while slot < 8 {
-            flutter.shoots[0][slot] = shoot_m * sin[8 + (slot & 3)];
-            flutter.shoots[1][slot] = shoot_m * cos[8 + (slot & 3)];
-            slot += 1;
-        }
+        let mut flutter = Flutter { phases: [0.0; 20] };
+        (flutter.phases[16], flutter.phases[17]) = (shoot_m, leaf_sin);
         let mut pitch = 0;
         while pitch < 4 {
-            flutter.leaves[0][pitch] = leaf_sin * sin[12 + pitch];
-            flutter.leaves[1][pitch] = leaf_sin * cos[12 + pitch];
+            flutter.phases[pitch] = shoot_m * sin[8 + pitch];
+            flutter.phases[4 + pitch] = leaf_sin * sin[12 + pitch];
+            flutter.phases[8 + pitch] = shoot_m * cos[8 + pitch];
+            flutter.phases[12 + pitch] = leaf_sin * cos[12 + pitch];
             pitch += 1;
         }
         flutter
     }
 
+    /// How far shoots shift at most, plant frame, meters.
+    #[inline(always)]
+    pub(super) fn shoot_m(&self) -> f32 {
+        self.phases[16]
+    }
+
+    /// Sine of the farthest turn of leaves.
+    #[inline(always)]
+    pub(super) fn leaf_sin(&self) -> f32 {
+        self.phases[17]
+    }
+
     /// Sines and cosines of the phases that shoots share, times their farthest shift; shoot `k`'s in entry `k % 4`.
     #[inline(always)]
-    pub(super) fn shared(&self) -> [&[f32; 8]; 2] {
-        [&self.shoots[0], &self.shoots[1]]
+    pub(super) fn shoots(&self) -> [&[f32; 8]; 2] {
+        [self.eight::<0>(), self.eight::<8>()]
+    }
+
+    /// Those that leaves share, times the sine of their farthest turn; those of shoot `k` in entry `k % 4`.
+    #[inline(always)]
+    pub(super) fn leaves(&self) -> [&[f32; 8]; 2] {
+        [self.eight::<4>(), self.eight::<12>()]
+    }
+
+    #[inline(always)]
+    fn eight<const FROM: usize>(&self) -> &[f32; 8] {
+        const { assert!(FROM + 8 <= 20) };
+        // There are eight: the compiler leaves the other way out.
+        self.phases[FROM..].first_chunk().unwrap_or(&[0.0; 8])
     }
 
     /// How far a shoot is along its line, meters; `ahead` is its own.
     #[inline(always)]
     pub(super) fn shift_m(&self, shoot: usize, [sin, cos]: [f32; 2]) -> f32 {
-        self.shoots[0][shoot & 3] * cos + self.shoots[1][shoot & 3] * sin
+        self.phases[shoot & 3] * cos + self.phases[8 + (shoot & 3)] * sin
     }
 
     /// How far a shoot's leaves have turned.
     #[inline(always)]
     pub(super) fn turn(&self, shoot: usize, [sin, cos]: [f32; 2]) -> Turn {
-        let sin = self.leaves[0][shoot & 3] * cos + self.leaves[1][shoot & 3] * sin;
+        let sin = self.phases[4 + (shoot & 3)] * cos + self.phases[12 + (shoot & 3)] * sin;
         Turn { sin, cos: (1.0 - sin * sin).sqrt() }
     }
 }

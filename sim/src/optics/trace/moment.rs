@@ -56,11 +56,14 @@ impl Map {
     }
 }
 
-/// One plant at one knot.
+/// One plant at one knot, in three lines of memory.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
 pub(in crate::optics) struct Moment {
     pub(in crate::optics) plant_from_world: Map,
     pub(super) flutter: Flutter,
+    /// The plant's, as [`Standing`] says.
+    pub(super) prototype: u32,
 }
 
 const KNOT_MS: i64 = 2;
@@ -86,6 +89,7 @@ impl Knots {
             let moment = Moment {
                 plant_from_world: plant.plant_from_world,
                 flutter: Flutter::new(&Bend::default(), &[0.0; 16], &[1.0; 16]),
+                prototype: plant.prototype,
             };
             [moment; KEPT]
         };
@@ -103,13 +107,14 @@ impl Knots {
 
     /// Asks the processor to fetch what [`Self::near`] reads.
     #[inline(always)]
-    pub(super) fn foresee(&self, world: &World, index: usize, stamp: Time) {
+    pub(super) fn foresee(&self, scene: &Scene, world: &World, index: usize, stamp: Time) {
         let knot = nearest(stamp);
         simd::prefetch(&self.moments[index][slot(knot)]);
         if self.known[index][slot(knot)] != knot
             && let Some(stem) = world.wind.stem(index)
         {
             simd::prefetch(stem);
+            simd::prefetch(&scene.plants[index].plant_from_world);
         }
     }
 

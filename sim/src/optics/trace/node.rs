@@ -36,12 +36,13 @@ pub(super) struct Node {
     pub(super) from: [[u8; 8]; 3],
     pub(super) to: [[u8; 8]; 3],
     pub(super) children: [Child; 8],
-    /// One bit for each child that is there, and [`NODES`].
+    /// One bit for each child that is there, [`NODES`] and [`THINGS`].
     pub(super) filled: u32,
 }
 
-/// Set where a child is a node.
+/// Set where a child is a node, and where one is not.
 const NODES: u32 = 1 << 8;
+const THINGS: u32 = 1 << 9;
 
 /// Splits by area at most this many levels deep, then by number, so that no arrangement of boxes makes a tree deep.
 const LEVELS_BY_AREA: usize = 24;
@@ -131,7 +132,7 @@ impl Node {
     fn hang(&mut self, slot: usize, part: &Aabb, child: Child) {
         self.hold(slot, part, &self.steps_per_m());
         self.children[slot] = child;
-        self.filled |= 1 << slot | if child.kind() == Child::NODE { NODES } else { 0 };
+        self.filled |= 1 << slot | if child.kind() == Child::NODE { NODES } else { THINGS };
     }
 
     fn steps_per_m(&self) -> [f64; 3] {
@@ -163,6 +164,12 @@ impl Node {
     #[inline(always)]
     pub(super) fn has_nodes(&self) -> bool {
         self.filled & NODES != 0
+    }
+
+    /// Whether some child is none.
+    #[inline(always)]
+    pub(super) fn has_things(&self) -> bool {
+        self.filled & THINGS != 0
     }
 
     /// The children that are there, with their places.

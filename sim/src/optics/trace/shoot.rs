@@ -5,13 +5,12 @@
 
 use super::super::boxes::Aabb;
 use super::super::surface;
-use super::ease::Boxes;
-use super::flutter::Flutter;
+use super::ease::{Boxes, Pose};
 use super::lanes::{Bytes, Isa, Lanes};
 use super::moment::Between;
 use super::node::{Child, Node};
-use super::spur::{self, Spur, Turn};
-use super::walk::{self, Beams, Met, Nearest, Pending, Visit};
+use super::spur::{self, Spur};
+use super::walk::{self, Beams, Foresee, Met, Nearest, Pending};
 use super::{MARGIN_M, SPUR, simd};
 use arborloop_worlds::Leaf;
 use arborloop_worlds::wind::{LEAVES_PER_SHOOT, LEAVES_PER_SPUR, own_turns, shoot_direction};
@@ -35,6 +34,8 @@ pub(super) struct Shoot {
     ahead: [f32; 2],
     /// One bit for each spur that is there, and [`SLANTED`].
     filled: u32,
+    /// Where in its prototype's tree it hangs: eight times the node's index, and the slot.
+    seat: u32,
     rest: Corners,
     stages: [Corners; STAGES],
 }
@@ -84,7 +85,8 @@ impl Shoot {
             step: rest.step,
             direction: shoot_direction(index).map(|x| x as f32).into(),
             ahead: [angle.sin() as f32, angle.cos() as f32],
-            filled: rest.filled | slanted,
+            filled: rest.filled & 0xff | slanted,
+            seat: 0,
             rest: corners(&rest),
             stages: stages.map(|boxes| corners(&Node::holding(&whole, &boxes, SPUR))),
         };
@@ -96,76 +98,79 @@ impl Shoot {
         (self.direction, self.ahead)
     }
 
+    /// Where in its prototype's tree it hangs: eight times the node's index, and the slot.
+    #[inline(always)]
+    pub(super) fn seat(&self) -> usize {
+        self.seat as usize
+    }
+
+    pub(super) fn sit(&mut self, seat: usize) {
+        self.seat = seat as u32;
+    }
+
     /// Asks the processor to fetch what a visit reads.
     #[inline(always)]
-    pub(super) fn foresee(&self, moves: bool) {
+    pub(super) fn expect(&self, pose: Option<Pose>) {
         simd::prefetch(&self.low);
-        simd::prefetch(&self.rest.to);
-        if moves {
-            simd::prefetch(&self.stages);
+        match pose {
+            Some(_) => simd::prefetch(self.corners(pose)),
+            None => simd::prefetch(&self.rest.to),
         }
     }
 
-    /// Corners of the spurs' boxes after a turn.
+    /// Corners of the spurs' boxes in a pose.
     #[inline(always)]
-    fn corners(&self, turn: Option<Turn>) -> &Corners {
-        let Some(Turn { sin, .. }) = turn else { return &self.rest };
-        // Added to 3 2^22, a number is rounded to a whole one that its lowest bits hold: sooner known than a cast. Sines end
-        // short of the last stage's far side; one that rounding puts into the next stage is off by far less than the
-        // boxes' margin.
-        const WHOLE: f32 = 12_582_912.0;
-        let stage = sin * (0.5 * STAGES as f32 / LEAF_SIN_MAX as f32) + (0.5 * STAGES as f32 - 0.5);
-        &self.stages[(stage + WHOLE).to_bits() as usize % STAGES]
+    fn corners(&self, pose: Option<Pose>) -> &Corners {
+        match pose {
+            Some(pose) => &self.stages[pose.stage.to_bits() as usize % STAGES],
+            None => &self.rest,
+        }
     }
 
-    /// The spurs' boxes as seen from a point, `shift_m` along the shoot's line. What takes longest to know comes last.
+    /// The spurs' boxes as seen from a point.
     #[inline(always)]
-    fn boxes<I: Isa>(&self, corners: &Corners, from: &[f32; 3], shift_m: Option<f32>) -> Boxes<I> {
+    fn boxes<I: Isa>(&self, corners: &Corners, from: &[f32; 3]) -> Boxes<I> {
         let mut boxes = [[I::Half::splat(0.0); 2]; 3];
         let mut axis = 0;
         while axis < 3 {
             let base = self.low[axis] - from[axis];
             let step = I::Half::splat(self.step[axis]);
             let (low, high) = (I::Half::splat(base - MARGIN_M), I::Half::splat(base + MARGIN_M));
-            let mut sides = [
+            boxes[axis] = [
                 I::Half::from_bytes(&corners.from[axis]).fma(step, low),
                 I::Half::from_bytes(&corners.to[axis]).fma(step, high),
             ];
-            if let Some(shift_m) = shift_m {
-                let aside = I::Half::splat(shift_m * self.direction[axis]);
-                sides = [sides[0].add(aside), sides[1].add(aside)];
-            }
-            boxes[axis] = sides;
             axis += 1;
         }
         boxes
     }
 
+    /// Where a point is seen from the shoot before it was shifted along its line.
+    #[inline(always)]
+    fn before(&self, shift_m: f32, mut point: [f32; 3]) -> [f32; 3] {
+        let mut axis = 0;
+        while axis < 3 {
+            point[axis] -= shift_m * self.direction[axis];
+            axis += 1;
+        }
+        point
+    }
+
     /// Offers the leaves' crossings. `index` is the shoot's own, `spurs` are its prototype's.
     #[inline(always)]
-    pub(super) fn meet<I: Isa, V: Visit<I>>(
+    pub(super) fn meet<I: Isa>(
         &self,
         index: usize,
         spurs: &[Spur],
-        flutter: Option<&Flutter>,
+        pose: Option<Pose>,
         beams: &Beams<I>,
         mask: u32,
         place: u32,
         nearest: &mut Nearest<I>,
         stack: &mut Vec<Pending>,
-        visitor: &V,
     ) {
-        let (mut origin, mut shift, mut turn) = (beams.origin, None, None);
-        if let Some(flutter) = flutter {
-            let shift_m = flutter.shift_m(index, self.ahead);
-            shift = Some(shift_m);
-            let mut axis = 0;
-            while axis < 3 {
-                origin[axis] -= shift_m * self.direction[axis];
-                axis += 1;
-            }
-            turn = Some(flutter.turn(index, self.ahead));
-        }
+        let origin = pose.map_or(beams.origin, |pose| self.before(pose.shift_m, beams.origin));
+        let turn = pose.map(|pose| pose.turn);
         let mut children = [Child::new(SPUR, 0); SPURS];
         let mut slot = 0;
         while slot < SPURS {
@@ -173,9 +178,10 @@ impl Shoot {
             slot += 1;
         }
         let floor = stack.len();
-        let boxes = self.boxes::<I>(self.corners(turn), &beams.origin, shift);
+        let boxes = self.boxes::<I>(self.corners(pose), &origin);
         let slanted = self.filled & SLANTED != 0;
-        walk::open(&boxes, &children, self.filled, beams, mask, nearest, stack, visitor);
+        let mut own = Spurs { spurs, turning: turn.is_some() };
+        walk::open(&boxes, &children, self.filled, beams, mask, nearest, stack, &mut own);
         while stack.len() > floor {
             let Some((child, mask)) = walk::next(nearest, stack) else { return };
             if mask != 0 {
@@ -198,6 +204,37 @@ impl Shoot {
             half_v: rest.half_v * cos + spur::quarter(rest) * sin,
         }
     }
+}
+
+/// A prototype's spurs.
+struct Spurs<'a> {
+    spurs: &'a [Spur],
+    turning: bool,
+}
+
+impl Foresee for Spurs<'_> {
+    #[inline(always)]
+    fn foresee(&mut self, child: Child, _: usize) {
+        let spur = &self.spurs[child.index()];
+        if self.turning {
+            simd::prefetch(spur);
+        } else {
+            simd::prefetch(&spur.rest);
+        }
+    }
+}
+
+/// The stage of leaves that have turned so far, in the lowest bits: added to 3 2^22, a number is rounded to a whole one.
+/// Sines end short of the last stage's far side; one that rounding puts into the next stage is off by far less than the
+/// boxes' margin.
+#[inline(always)]
+pub(super) fn stage<I: Isa>(sin: I::Half) -> I::Half {
+    const WHOLE: f32 = 12_582_912.0;
+    let stage = sin.fma(
+        I::Half::splat(0.5 * STAGES as f32 / LEAF_SIN_MAX as f32),
+        I::Half::splat(0.5 * STAGES as f32 - 0.5),
+    );
+    stage.add(I::Half::splat(WHOLE))
 }
 
 /// A box that holds a shoot's leaves, however far they turn: convex in the sine of the turn, from the box at rest on.
@@ -227,7 +264,7 @@ fn turned_bounds(leaf: &Leaf, sin: [f64; 2]) -> Aabb {
 
 #[cfg(test)]
 mod tests {
-    use super::super::flutter;
+    use super::super::flutter::{self, Flutter};
     use super::super::lanes::Portable;
     use super::*;
     use arborloop_base::Seed;
@@ -256,7 +293,9 @@ mod tests {
             for (index, shoot) in shoots.iter().enumerate() {
                 let shift_m = flutter.shift_m(index, shoot.ahead);
                 let turn = flutter.turn(index, shoot.ahead);
-                let boxes = shoot.boxes::<Portable>(shoot.corners(Some(turn)), &[0.0; 3], Some(shift_m));
+                let pose = Pose { shift_m, turn, stage: stage::<Portable>([turn.sin; 8])[0] };
+                let boxes =
+                    shoot.boxes::<Portable>(shoot.corners(Some(pose)), &shoot.before(shift_m, [0.0; 3]));
                 let own = &leaves[index * LEAVES_PER_SHOOT..];
                 for (slot, spur) in own.chunks(LEAVES_PER_SPUR).take(SPURS).enumerate() {
                     let first = index * LEAVES_PER_SHOOT + slot * LEAVES_PER_SPUR;

@@ -61,23 +61,38 @@ pub(super) struct Pending {
     mask: u32,
 }
 
-/// Who knows what children are.
+/// Who knows what a node's children are.
 pub(super) trait Foresee {
-    /// The child is likely to be visited soon.
-    fn foresee(&self, child: Child);
+    /// The child in this slot is likely to be visited soon.
+    fn foresee(&mut self, child: Child, slot: usize);
+}
+
+/// Who knows what hangs in a tree whose boxes are held by an `E`.
+pub(super) trait Expect<E> {
+    /// The item is likely to be visited soon. `seat` is eight times its node's index and its slot.
+    fn expect(&mut self, ease: &E, child: Child, seat: usize);
 }
 
 /// What hangs in a tree.
-pub(super) trait Visit<I: Isa>: Foresee {
+pub(super) trait Visit<I: Isa, E>: Expect<E> {
     /// The beams in the mask enter the item's box.
-    fn visit(&mut self, child: Child, mask: u32, nearest: &mut Nearest<I>, stack: &mut Vec<Pending>);
+    fn visit(
+        &mut self,
+        ease: &E,
+        child: Child,
+        mask: u32,
+        nearest: &mut Nearest<I>,
+        stack: &mut Vec<Pending>,
+    );
 }
 
-/// Children of a tree: its nodes and what hangs in them.
+/// Children of a tree's node: nodes and what hangs in the tree.
 struct InTree<'a, E, V> {
     nodes: &'a [Node],
+    /// Which node's.
+    index: usize,
     ease: &'a E,
-    visitor: &'a V,
+    visitor: &'a mut V,
 }
 
 /// Flatter directions count as this flat: a product with the inverse is then never infinite times zero.
@@ -159,11 +174,11 @@ impl<I: Isa> Nearest<I> {
 
 /// Walks from the root, nearest boxes first. `ease` says how wide the boxes are held.
 #[inline(always)]
-pub(super) fn walk<I: Isa, V: Visit<I>, E: Ease<I>>(
+pub(super) fn walk<I: Isa, V: Visit<I, E>, E: Ease<I>>(
     nodes: &[Node],
     beams: &Beams<I>,
     mask: u32,
-    ease: &E,
+    ease: &mut E,
     nearest: &mut Nearest<I>,
     stack: &mut Vec<Pending>,
     visitor: &mut V,
@@ -181,22 +196,22 @@ pub(super) fn walk<I: Isa, V: Visit<I>, E: Ease<I>>(
         if child.kind() == Child::NODE {
             let node = &nodes[child.index()];
             let boxes = ease.boxes(child.index(), node, &beams.origin);
-            let tree = InTree { nodes, ease, visitor: &*visitor };
-            open(&boxes, &node.children, node.filled, beams, mask, nearest, stack, &tree);
+            let mut tree = InTree { nodes, index: child.index(), ease: &*ease, visitor };
+            open(&boxes, &node.children, node.filled, beams, mask, nearest, stack, &mut tree);
         } else {
-            visitor.visit(child, mask, nearest, stack);
+            visitor.visit(ease, child, mask, nearest, stack);
         }
     }
 }
 
-impl<E: Prepare, V: Foresee> Foresee for InTree<'_, E, V> {
+impl<E: Prepare, V: Expect<E>> Foresee for InTree<'_, E, V> {
     #[inline(always)]
-    fn foresee(&self, child: Child) {
+    fn foresee(&mut self, child: Child, slot: usize) {
         if child.kind() == Child::NODE {
             simd::prefetch(&self.nodes[child.index()]);
             self.ease.foresee(child.index());
         } else {
-            self.visitor.foresee(child);
+            self.visitor.expect(self.ease, child, 8 * self.index + slot);
         }
     }
 }
@@ -211,7 +226,7 @@ pub(super) fn open<I: Isa, F: Foresee>(
     mask: u32,
     nearest: &Nearest<I>,
     stack: &mut Vec<Pending>,
-    foresight: &F,
+    foresight: &mut F,
 ) {
     if beams.one_way {
         open_with::<I, F, true>(boxes, children, filled, beams, mask, nearest, stack, foresight);
@@ -237,7 +252,7 @@ fn open_with<I: Isa, F: Foresee, const ONE_WAY: bool>(
     mask: u32,
     nearest: &Nearest<I>,
     stack: &mut Vec<Pending>,
-    foresight: &F,
+    foresight: &mut F,
 ) {
     let mut enter = I::Half::splat(nearest.near);
     let mut leave = I::Half::splat(nearest.far);
@@ -293,7 +308,7 @@ fn open_with<I: Isa, F: Foresee, const ONE_WAY: bool>(
             continue;
         }
         let pending = Pending { range: entries[slot], child: children[slot], mask: entering };
-        foresight.foresee(pending.child);
+        foresight.foresee(pending.child, slot);
         // Sorted in: few children survive, and the nearest is popped first.
         stack.push(pending);
         let mut at = stack.len() - 1;
