@@ -24,7 +24,7 @@ pub enum InstructionSet {
     Portable,
     /// Eight lanes: AVX2 with FMA.
     Avx2,
-    /// Sixteen lanes: AVX-512F.
+    /// Sixteen lanes: AVX-512F, and VL, DQ and BW, so that eight lanes have all 32 registers too.
     Avx512,
 }
 
@@ -45,7 +45,11 @@ impl InstructionSet {
             InstructionSet::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
             #[cfg(target_arch = "x86_64")]
             InstructionSet::Avx512 => {
-                InstructionSet::Avx2.is_present() && is_x86_feature_detected!("avx512f")
+                InstructionSet::Avx2.is_present()
+                    && is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512bw")
             }
             #[cfg(not(target_arch = "x86_64"))]
             _ => false,
@@ -92,9 +96,9 @@ mod x86 {
     /// Not inlined, so that a job within a job leaves the outer one's registers alone.
     ///
     /// # Safety
-    /// The processor has AVX-512F, AVX2 and FMA.
+    /// The processor has AVX-512F, VL, DQ and BW, AVX2 and FMA.
     #[inline(never)]
-    #[target_feature(enable = "avx512f,avx2,fma")]
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
     pub(super) unsafe fn with_avx512<J: Job>(job: J) -> J::Out {
         job.run::<Avx512>()
     }
