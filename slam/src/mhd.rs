@@ -19,12 +19,13 @@ mod refine;
 mod round;
 mod search;
 pub(crate) mod settings;
+mod skew;
 mod uncertainty;
 mod upright;
 
 use crate::rig::Rig;
 use arborloop_base::{Cell, Estimate, Grid, Health, Observation, Slam, Sweep, Time, spatial};
-use chart::Chart;
+use chart::{Chart, Rules};
 use features::Feature;
 pub(crate) use features::View;
 use field::Field;
@@ -86,7 +87,7 @@ pub(crate) struct Mhd {
 impl Mhd {
     /// A system that has seen nothing; the settings are checked.
     pub(crate) fn new(settings: MhdSettings, rig: &Rig) -> Self {
-        let chart = Chart::new(settings.cell_m, settings.layers());
+        let chart = Chart::new(settings.cell_m, settings.layers(), Rules::OF_RINGS);
         let field = Field::new(settings.cell_m, settings.distance_m_max, settings.layers());
         let (keep_ratio, far_m) = (settings.keep_ratio, settings.far_m);
         Mhd {
@@ -146,7 +147,7 @@ impl Mhd {
         let points_max = if sweep.rings > 1 { POINTS_TO_CHOOSE } else { usize::MAX };
         let stride = self.view.features.len().div_ceil(points_max).max(1);
         self.thinned.extend(self.view.features.iter().step_by(stride));
-        let found = self.locate(&before, &predicted, duration_s);
+        let mut found = self.locate(&before, &predicted, duration_s);
         let failed = found.half_m > self.settings.failed_match_m;
         if failed {
             (self.failures, self.refusals) = (self.failures + 1, self.refusals + 1);
@@ -158,13 +159,18 @@ impl Mhd {
             self.motion = Some(predicted);
             return self.answer(sweep.end, &predicted, None, health);
         }
+        if !failed {
+            self.refine.skew.learn(&before, &found.motion, duration_s);
+        }
+        self.refine.skew.take_off(&mut found.motion, duration_s);
         self.motion = Some(found.motion);
         self.foresight.learn(&found.motion);
         // Who is lost must not draw: the map is what the way back is found by.
         if health != Health::Lost {
             self.draw_if_due(&found.motion);
         }
-        self.answer(sweep.end, &found.motion, Some(&found), health)
+        let change = found.motion.velocity - before.velocity;
+        self.answer(sweep.end, &found.motion, Some((&found, &change)), health)
     }
 
     /// By the sweeps in a row without a good match.
@@ -179,7 +185,7 @@ impl Mhd {
     /// Lays out an empty map for planar sweeps.
     fn begin_planar(&mut self) {
         let settings = &self.settings;
-        self.chart = Chart::new(settings.planar_cell_m, settings.layers());
+        self.chart = Chart::new(settings.planar_cell_m, settings.layers(), Rules::OF_PLANAR);
         self.field = Field::new(settings.planar_cell_m, settings.planar_distance_m_max, settings.layers());
         self.keep_ratio = settings.planar_keep_ratio;
         self.far_m = f64::INFINITY;
@@ -291,14 +297,20 @@ impl Mhd {
         self.sweeps_drawn += 1;
     }
 
-    /// The estimate at the sweep's end: half a sweep after the instant of the pose.
-    fn answer(&self, end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
+    /// The estimate at the sweep's end: half a sweep after the instant of the pose. A match comes with the change of velocity.
+    fn answer(
+        &self,
+        end: Time,
+        motion: &Motion,
+        found: Option<(&Match, &Vector3<f64>)>,
+        health: Health,
+    ) -> Estimate {
         let after_s = (end - motion.stamp).seconds();
         let pose = match found {
             Some(_) => self.foresight.after(motion, after_s),
             None => motion.after(after_s),
         };
-        let covariance = found.and_then(|found| uncertainty::covariance(found, after_s));
+        let covariance = found.and_then(|(found, change)| uncertainty::covariance(found, change, after_s));
         Estimate { stamp: end, map_from_base: spatial(&pose), covariance, health }
     }
 }

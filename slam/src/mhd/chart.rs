@@ -8,14 +8,30 @@ use crate::raster::{CellIndex, Raster, cell_at};
 use arborloop_base::{Cell, Grid};
 use nalgebra::{Point2, Vector2};
 
-/// Evidence that one point adds to its cell, and its limit. One empty crossing takes away one.
-const HIT: u8 = 4;
-const HIT_MAX: u8 = 48;
 /// A cell counts as occupied from this evidence on.
 const OCCUPIED: u8 = 2;
 
 /// The distance field follows a mean that has moved by more than this, meters.
 const MOVED_M: f32 = 0.005;
+
+/// How a map takes in what was met. One empty crossing takes away one of a cell's evidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rules {
+    /// Evidence that one point adds to its cell, and its limit.
+    hit: u8,
+    hit_max: u8,
+    /// What was met from farther away is not drawn, meters.
+    reach_m: f64,
+}
+
+impl Rules {
+    /// For sweeps of many rings. Most key frames see through a cell of foliage, and it must stay if one in sixteen meets a leaf
+    /// there: else what a hedge shows from aside is worn away while one passes, and what it shows from behind finds no map.
+    /// From beyond the reach of clearings a hedge shows another face than from near by, and no beam would ever take it away.
+    pub(crate) const OF_RINGS: Rules = Rules { hit: 16, hit_max: 96, reach_m: CLEARING_M_MAX };
+    /// For planar sweeps, of which every point is dear.
+    pub(crate) const OF_PLANAR: Rules = Rules { hit: 4, hit_max: 48, reach_m: f64::INFINITY };
+}
 
 /// A cell whose shown point came, moved or went: where it was and where it is, meters from the cell's center.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -62,6 +78,7 @@ struct Layer {
 #[derive(Debug, Clone)]
 pub(crate) struct Chart {
     cell_m: f64,
+    rules: Rules,
     layers: Vec<Layer>,
     changes: Vec<Change>,
     frame: u16,
@@ -69,14 +86,14 @@ pub(crate) struct Chart {
 
 impl Chart {
     /// An empty map.
-    pub(crate) fn new(cell_m: f64, layers: usize) -> Self {
+    pub(crate) fn new(cell_m: f64, layers: usize, rules: Rules) -> Self {
         let layer = Layer {
             seen: Raster::new(cell_m, 8.0, Seen::default()),
             spots: Raster::new(cell_m, 8.0, Spot::default()),
             // Its cells along a row are words: a margin of 16 is wide enough.
             shown: Raster::new(cell_m, 16.0 * cell_m, 0),
         };
-        Chart { cell_m, layers: vec![layer; layers], changes: Vec::new(), frame: 0 }
+        Chart { cell_m, rules, layers: vec![layer; layers], changes: Vec::new(), frame: 0 }
     }
 
     /// Draws a key frame: first what was met, then what was seen empty. A cell learns once per key frame, and a point
@@ -85,8 +102,9 @@ impl Chart {
     pub(crate) fn draw(&mut self, motion: &Motion, features: &[Feature], clearings: &[Clearing]) {
         // After 65535 key frames the count begins anew; what was last seen exactly so long ago learns one frame later.
         self.frame = self.frame.checked_add(1).unwrap_or(1);
-        for feature in features {
-            let at = motion.place(&feature.at, feature.after_s);
+        let (Rules { hit, hit_max, reach_m }, placing) = (self.rules, motion.placing());
+        for feature in features.iter().filter(|feature| feature.at.norm() <= reach_m) {
+            let at = placing.place(&feature.at, feature.after_s);
             let layer = &mut self.layers[feature.layer];
             let cell = layer.seen.cell_of(at.x, at.y);
             layer.seen.cover(cell, cell);
@@ -101,7 +119,7 @@ impl Chart {
             seen.is_near |= feature.at.norm() < CLEARING_M_MAX;
             if seen.frame != self.frame {
                 seen.frame = self.frame;
-                seen.evidence = (seen.evidence + HIT).min(HIT_MAX);
+                seen.evidence = seen.evidence.saturating_add(hit).min(hit_max);
             }
             spot.count = spot.count.saturating_add(1);
             let share = 1.0 / f32::from(spot.count);
@@ -119,8 +137,8 @@ impl Chart {
         }
         for clearing in clearings {
             let (from, to) = (
-                motion.place(&clearing.from, clearing.after_s),
-                motion.place(&clearing.to, clearing.after_s),
+                placing.place(&clearing.from, clearing.after_s),
+                placing.place(&clearing.to, clearing.after_s),
             );
             let Layer { seen, spots, shown } = &mut self.layers[clearing.layer];
             seen.cover(lower(seen, &from, &to), upper(seen, &from, &to));
@@ -322,7 +340,7 @@ mod tests {
 
     #[test]
     fn a_thing_that_went_away_is_forgotten_and_one_that_is_met_again_is_not() {
-        let mut chart = Chart::new(0.1, 1);
+        let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
         chart.draw(&STILL, &[at(2.0, 0.05), at(3.0, 0.05)], &[]);
         let through = Clearing { from: Vector2::zeros(), to: Vector2::new(5.0, 0.0), after_s: 0.0, layer: 0 };
         for _ in 0..20 {
@@ -336,12 +354,28 @@ mod tests {
         assert_eq!(cell(2.05, 0.05), Cell::Free);
         assert_eq!(cell(3.05, 0.05), Cell::Occupied);
         assert_eq!(cell(2.05, 1.05), Cell::Unknown);
-        assert_eq!(Chart::new(0.1, 1).drawing(0, 1), None);
+        assert_eq!(Chart::new(0.1, 1, Rules::OF_RINGS).drawing(0, 1), None);
+    }
+
+    #[test]
+    fn rings_draw_nothing_from_afar_and_keep_what_one_beam_in_twelve_meets() {
+        let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
+        chart.draw(&STILL, &[at(CLEARING_M_MAX + 0.1, 0.05), at(2.0, 0.05)], &[]);
+        assert_eq!(chart.take_changes().iter().map(|change| change.cell).collect::<Vec<_>>(), [(20, 0)]);
+        let through =
+            Clearing { from: Vector2::zeros(), to: Vector2::new(5.0, 0.09), after_s: 0.0, layer: 0 };
+        for _ in 0..20 {
+            for _ in 0..11 {
+                chart.draw(&STILL, &[], &[through]);
+            }
+            chart.draw(&STILL, &[at(2.0, 0.05)], &[]);
+        }
+        assert_eq!(chart.take_changes(), []);
     }
 
     #[test]
     fn what_is_met_from_afar_is_matched_with_and_drawn_once_it_is_met_from_near_by() {
-        let mut chart = Chart::new(0.1, 1);
+        let mut chart = Chart::new(0.1, 1, Rules::OF_PLANAR);
         let far = CLEARING_M_MAX + 3.0;
         let drawn = |chart: &Chart| {
             let grid = chart.drawing(0, 1).unwrap();

@@ -344,6 +344,7 @@ fn tile_of(cell: i32) -> i32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::chart::Rules;
     use super::super::features::{Clearing, Feature};
     use super::super::motion::Motion;
     use super::*;
@@ -376,7 +377,7 @@ mod tests {
 
     #[test]
     fn every_cell_center_knows_the_distance_to_the_nearest_of_all_points_also_after_changes() {
-        let (mut chart, mut field) = (Chart::new(0.1, 1), Field::new(0.1, 1.0, 1));
+        let (mut chart, mut field) = (Chart::new(0.1, 1, Rules::OF_PLANAR), Field::new(0.1, 1.0, 1));
         for trial in 0..5 {
             drawn(&mut chart, &mut field, &points(trial));
             let before = shown(&chart).len();
@@ -413,7 +414,7 @@ mod tests {
 
     #[test]
     fn the_distance_is_smallest_at_a_lone_point_and_grows_along_its_gradient() {
-        let (mut chart, mut field) = (Chart::new(0.1, 1), Field::new(0.1, 1.0, 1));
+        let (mut chart, mut field) = (Chart::new(0.1, 1, Rules::OF_PLANAR), Field::new(0.1, 1.0, 1));
         drawn(&mut chart, &mut field, &[Vector2::new(0.537, -0.281)]);
         assert!((field.slope(0, 0.537, -0.281).distance_m - NOISE_M).abs() < 1e-5);
         for (dx, dy) in [(0.02, 0.0), (-0.3, 0.1), (0.0, -0.25), (0.4, 0.4)] {

@@ -3,6 +3,7 @@
 use super::features::Feature;
 use super::field::Field;
 use super::motion::Motion;
+use super::skew::Skew;
 use crate::kbest::{kept_of, mean_of_smallest};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
@@ -41,6 +42,8 @@ pub(crate) struct Match {
 pub(crate) struct Refine {
     /// A point at this distance counts half, meters; infinite when all count the same.
     pub(crate) far_m: f64,
+    /// What the points' turn within a sweep is off by.
+    pub(crate) skew: Skew,
     residuals: Vec<Residual>,
     before_step: Vec<Residual>,
     distances: Vec<f32>,
@@ -61,6 +64,7 @@ impl Default for Refine {
     fn default() -> Self {
         Refine {
             far_m: f64::INFINITY,
+            skew: Skew::default(),
             residuals: Vec::new(),
             before_step: Vec::new(),
             distances: Vec::new(),
@@ -80,7 +84,7 @@ impl Refine {
         duration_s: f64,
         keep_ratio: f64,
     ) -> Match {
-        let tie = Tie { before, duration_s };
+        let tie = Tie { before, duration_s, skew: self.skew };
         let mut best = self.weigh(field, features, &start, keep_ratio);
         let mut objective = self.objective(&best.motion, &tie);
         let mut damping = DAMPING;
@@ -127,8 +131,9 @@ impl Refine {
     fn weigh(&mut self, field: &Field, features: &[Feature], motion: &Motion, keep_ratio: f64) -> Match {
         self.residuals.clear();
         self.distances.clear();
+        let placing = motion.placing();
         for feature in features {
-            let place = motion.place(&feature.at, feature.after_s);
+            let place = placing.place(&feature.at, feature.after_s);
             let slope = field.slope(feature.layer, place.x, place.y);
             let arm = place - (motion.pose.xy() + motion.velocity.xy() * feature.after_s);
             let (gx, gy) = slope.along;
@@ -200,6 +205,7 @@ impl Refine {
 struct Tie<'a> {
     before: &'a Motion,
     duration_s: f64,
+    skew: Skew,
 }
 
 impl Tie<'_> {
@@ -210,17 +216,20 @@ impl Tie<'_> {
         (self.duration_s > 0.0 && elapsed_s > 0.0).then(|| (self.duration_s, -self.duration_s / elapsed_s))
     }
 
-    /// Velocity minus the increment since the last sweep, and minus the last velocity.
+    /// Velocity minus the increment since the last sweep, and minus the last velocity, both but for the skew.
     fn residuals(&self, motion: &Motion) -> (Vector3<f64>, Vector3<f64>) {
         let Some((to_velocity, to_pose)) = self.slopes(motion) else { return Default::default() };
-        let increment = motion.velocity * to_velocity + (motion.pose - self.before.pose) * to_pose;
-        (increment, (motion.velocity - self.before.velocity) * to_velocity)
+        let mut increment = motion.velocity * to_velocity + (motion.pose - self.before.pose) * to_pose;
+        let mut previous = (motion.velocity - self.before.velocity) * to_velocity;
+        increment.z -= self.skew.over_increment_rad();
+        previous.z -= self.skew.over_taken_off_rad();
+        (increment, previous)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::chart::Chart;
+    use super::super::chart::{Chart, Rules};
     use super::*;
     use arborloop_base::{Seed, Span, Time};
     use nalgebra::Vector2;
@@ -235,7 +244,7 @@ mod tests {
     /// Lone points seen at times spread over a sweep from a moving robot, and their map.
     fn seen_from(robot: &Motion) -> (Vec<Feature>, Field) {
         let mut draws = Seed(11).stream("refine").at(0);
-        let (mut chart, mut field) = (Chart::new(0.1, 1), Field::new(0.1, 1.0, 1));
+        let (mut chart, mut field) = (Chart::new(0.1, 1, Rules::OF_RINGS), Field::new(0.1, 1.0, 1));
         let (mut features, mut places) = (Vec::new(), Vec::new());
         for n in 0..80 {
             let place =

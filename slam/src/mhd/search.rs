@@ -106,8 +106,9 @@ impl Search {
             let mut turned = *predicted;
             turned.pose.z += turn_rad;
             self.cells.clear();
+            let placing = turned.placing();
             self.cells.extend(features.iter().step_by(stride).map(|feature| {
-                let at = turned.place(&feature.at, feature.after_s);
+                let at = placing.place(&feature.at, feature.after_s);
                 (feature.layer, field.cell_of(at.x, at.y))
             }));
             let Some(kept) = kept_of(self.cells.len(), keep_ratio) else { return &[] };
@@ -241,7 +242,7 @@ fn mean_of(counts: &Counts, field: &Field, kept: usize, slack: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::chart::Chart;
+    use super::super::chart::{Chart, Rules};
     use super::*;
     use crate::kbest::mean_of_smallest;
     use arborloop_base::{Seed, Time};
@@ -266,7 +267,7 @@ mod tests {
         let lattice = Lattice { reach_m: 0.4, reach_rad: 0.2, step_m: 0.1, step_rad: 0.05, prior_m: 0.0 };
         for trial in 0..4 {
             let features = features(trial);
-            let (mut chart, mut field) = (Chart::new(0.1, 2), Field::new(0.1, 1.0, 2));
+            let (mut chart, mut field) = (Chart::new(0.1, 2, Rules::OF_RINGS), Field::new(0.1, 1.0, 2));
             chart.draw(&motion(0.2, -0.1, 0.1), &features, &[]);
             field.follow(&mut chart);
             let start = motion(0.0, 0.0, 0.0);
@@ -280,7 +281,7 @@ mod tests {
                         let mut levels: Vec<f32> = features
                             .iter()
                             .map(|feature| {
-                                let place = at.place(&feature.at, 0.0);
+                                let place = at.placing().place(&feature.at, 0.0);
                                 let cell = field.cell_of(place.x, place.y);
                                 (f32::from(field.coarse(feature.layer, cell)) + 0.5) / COARSE_LEVELS as f32
                             })
@@ -299,7 +300,7 @@ mod tests {
     fn branch_and_bound_finds_the_poses_that_a_look_at_all_of_them_finds() {
         for trial in 0..4 {
             let features = features(trial);
-            let (mut chart, mut field) = (Chart::new(0.1, 2), Field::new(0.1, 1.0, 2));
+            let (mut chart, mut field) = (Chart::new(0.1, 2, Rules::OF_RINGS), Field::new(0.1, 1.0, 2));
             chart.draw(&motion(0.7, -1.1, 2.1), &features, &[]);
             field.follow(&mut chart);
             let start = motion(0.0, 0.0, 0.0);
