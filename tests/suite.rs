@@ -9,6 +9,7 @@ mod closed_loop;
 mod dataset;
 mod degraded;
 mod determinism;
+mod hedges;
 mod real_data;
 mod real_lidars;
 mod scenario;

@@ -13,6 +13,7 @@ use std::path::Path;
 pub(crate) const EMBEDDED: &[(&str, &str)] = &[
     ("smoke", include_str!("../suites/smoke.toml")),
     ("cone-field", include_str!("../suites/cone-field.toml")),
+    ("closed-loop", include_str!("../suites/closed-loop.toml")),
     ("paper", include_str!("../suites/paper.toml")),
     ("stress", include_str!("../suites/stress.toml")),
     ("degraded", include_str!("../suites/degraded.toml")),
