@@ -12,9 +12,7 @@ fn a_hundred_meters_of_hedges_do_not_lead_mhd_astray() {
     let (consistency, heading_deg) = (score.consistency.unwrap(), score.heading_mean_deg.unwrap());
     println!(
         "position {:.4} m, heading {:.3} deg, loop {:.4} m, {consistency:?}",
-        score.position_mean_m,
-        heading_deg,
-        score.loop_m
+        score.position_mean_m, heading_deg, score.loop_m
     );
     // Foliage that is cleared while one passes, and skew taken for a turn, make it 0.14 m, 0.24 deg and 0.40 m.
     assert!(score.position_mean_m < 0.08, "{} m", score.position_mean_m);

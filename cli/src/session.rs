@@ -157,9 +157,10 @@ pub(crate) fn simulate(
         go_on(if whole > 0.0 { progress.distance_m / whole } else { 1.0 })
     })
     .map_err(Failure::Recording)?;
-    for system in &systems {
-        if let Some(map) = system.slam.map() {
-            let record = Record::Map { system: &system.name, map: &map };
+    let maps: Vec<Option<Grid<Cell>>> = systems.iter().map(|system| system.slam.map()).collect();
+    for (system, map) in systems.iter().zip(&maps) {
+        if let Some(map) = map {
+            let record = Record::Map { system: &system.name, map };
             trace.write(sim.now(), &record).map_err(Failure::Recording)?;
         }
     }
@@ -170,7 +171,8 @@ pub(crate) fn simulate(
     let results: Vec<SystemResult> = systems
         .iter()
         .zip(&stopwatches)
-        .map(|(system, stopwatch)| {
+        .zip(maps)
+        .map(|((system, stopwatch), map)| {
             let trajectory = trace.trajectory(&system.name);
             let stamps: Vec<Time> = trajectory.poses().iter().map(|(stamp, _)| *stamp).collect();
             let settings = ScoreSettings::new(Alignment::None, PoseTime::SweepEnd);
@@ -181,7 +183,6 @@ pub(crate) fn simulate(
                     score.with_covariances(&reference, &trajectory, said, &settings)
                 })
                 .map_err(|error| error.to_string());
-            let map = system.slam.map();
             let map_score = map.as_ref().and_then(|map| {
                 score_map(&truth_map, map, &world_from_map, MapScoreSettings::default()).ok()
             });

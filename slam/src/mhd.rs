@@ -169,8 +169,7 @@ impl Mhd {
         if health != Health::Lost {
             self.draw_if_due(&found.motion);
         }
-        let change = found.motion.velocity - before.velocity;
-        self.answer(sweep.end, &found.motion, Some((&found, &change)), health)
+        self.answer(sweep.end, &found.motion, Some(&found), health)
     }
 
     /// By the sweeps in a row without a good match.
@@ -297,20 +296,14 @@ impl Mhd {
         self.sweeps_drawn += 1;
     }
 
-    /// The estimate at the sweep's end: half a sweep after the instant of the pose. A match comes with the change of velocity.
-    fn answer(
-        &self,
-        end: Time,
-        motion: &Motion,
-        found: Option<(&Match, &Vector3<f64>)>,
-        health: Health,
-    ) -> Estimate {
+    /// The estimate at the sweep's end: half a sweep after the instant of the pose.
+    fn answer(&self, end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
         let after_s = (end - motion.stamp).seconds();
         let pose = match found {
             Some(_) => self.foresight.after(motion, after_s),
             None => motion.after(after_s),
         };
-        let covariance = found.and_then(|(found, change)| uncertainty::covariance(found, change, after_s));
+        let covariance = found.and_then(|found| uncertainty::covariance(found, after_s));
         Estimate { stamp: end, map_from_base: spatial(&pose), covariance, health }
     }
 }

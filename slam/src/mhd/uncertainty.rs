@@ -1,7 +1,7 @@
 //! How far an estimate may be off: what the points leave open, and what the map itself is wrong by.
 
 use super::refine::Match;
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Matrix6};
 
 /// Neighboring points share their errors: about so many make one independent measurement.
 const POINTS_PER_MEASUREMENT: f64 = 4.0;
@@ -18,17 +18,12 @@ const MAP_RAD: f64 = 0.003;
 const HEIGHT_M: f64 = 0.05;
 const TILT_RAD: f64 = 0.052;
 
-/// Share of the velocity's change since the last sweep that it may still change by within half a sweep: who begins to turn
-/// in place is not where a constant velocity has him.
-const CHANGE_SHARE: f64 = 0.5;
-
 /// Covariance of the pose `after_s` after the instant of the match, map frame, in the order of `Estimate::covariance`;
-/// `None` when the points determine no pose. `change` is that of the velocity since the last sweep.
-pub(crate) fn covariance(found: &Match, change: &Vector3<f64>, after_s: f64) -> Option<Matrix6<f64>> {
+/// `None` when the points determine no pose.
+pub(crate) fn covariance(found: &Match, after_s: f64) -> Option<Matrix6<f64>> {
     let noise_m2 = POINTS_PER_MEASUREMENT * found.square_m2.max(SQUARE_M2_MIN);
     let mut information = found.information / noise_m2;
     for (axis, rate) in RATES.into_iter().enumerate() {
-        let rate = f64::max(rate, CHANGE_SHARE * change[axis].abs());
         information[(axis + 3, axis + 3)] += 1.0 / (rate * rate);
     }
     let open = information.try_inverse()?;
@@ -55,8 +50,7 @@ mod tests {
     use super::super::motion::Motion;
     use super::*;
     use arborloop_base::Time;
-
-    const STEADY: Vector3<f64> = Vector3::new(0.0, 0.0, 0.0);
+    use nalgebra::Vector3;
 
     fn found(information: Matrix6<f64>) -> Match {
         let motion = Motion { stamp: Time::default(), pose: Vector3::zeros(), velocity: Vector3::zeros() };
@@ -65,9 +59,9 @@ mod tests {
 
     #[test]
     fn more_points_say_more_and_the_future_is_less_certain() {
-        let few = covariance(&found(Matrix6::identity() * 10.0), &STEADY, 0.0).unwrap();
-        let many = covariance(&found(Matrix6::identity() * 100.0), &STEADY, 0.0).unwrap();
-        let later = covariance(&found(Matrix6::identity() * 100.0), &STEADY, 0.05).unwrap();
+        let few = covariance(&found(Matrix6::identity() * 10.0), 0.0).unwrap();
+        let many = covariance(&found(Matrix6::identity() * 100.0), 0.0).unwrap();
+        let later = covariance(&found(Matrix6::identity() * 100.0), 0.05).unwrap();
         for axis in [0, 1, 5] {
             assert!(many[(axis, axis)] < few[(axis, axis)] && many[(axis, axis)] < later[(axis, axis)]);
         }
@@ -77,20 +71,9 @@ mod tests {
     }
 
     #[test]
-    fn who_begins_to_turn_is_less_certain_of_the_sweeps_end() {
-        let few = found(Matrix6::identity() * 1e-6);
-        let heading = |change: f64| {
-            covariance(&few, &Vector3::new(0.0, 0.0, change), 0.05).unwrap()[(5, 5)]
-                - covariance(&few, &Vector3::new(0.0, 0.0, change), 0.0).unwrap()[(5, 5)]
-        };
-        assert!((heading(0.2) - heading(0.0)).abs() < 1e-12);
-        assert!((heading(2.0) - (0.05_f64 * CHANGE_SHARE * 2.0).powi(2)).abs() < 0.05 * heading(2.0));
-    }
-
-    #[test]
     fn a_direction_that_no_point_speaks_of_has_no_covariance() {
         let mut along_x = Matrix6::identity() * 100.0;
         along_x[(0, 0)] = 0.0;
-        assert_eq!(covariance(&found(along_x), &STEADY, 0.0), None);
+        assert_eq!(covariance(&found(along_x), 0.0), None);
     }
 }
