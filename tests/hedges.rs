@@ -4,7 +4,7 @@ use crate::check::{Nowhere, check_into};
 use arborloop_sim::{Driver, End, Scenario};
 
 #[test]
-fn a_hundred_meters_of_hedges_do_not_lead_mhd_astray() {
+fn the_first_groves_hedges_do_not_lead_mhd_astray_over_a_hundred_meters() {
     let scenario = Scenario::read(&Scenario::embedded("citrus-jackal-short").unwrap()).unwrap();
     let run = check_into(&scenario, &["mhd"], Driver::Truth, &mut Nowhere);
     assert_eq!(run.outcome.end, End::Finished);
@@ -14,6 +14,7 @@ fn a_hundred_meters_of_hedges_do_not_lead_mhd_astray() {
         "position {:.4} m, heading {:.3} deg, loop {:.4} m, {consistency:?}",
         score.position_mean_m, heading_deg, score.loop_m
     );
+    // The scenario's own seed; in other groves (seeds 4 and 5) hedges still do.
     // Foliage that is cleared while one passes, and skew taken for a turn, make it 0.14 m, 0.24 deg and 0.40 m.
     assert!(score.position_mean_m < 0.08, "{} m", score.position_mean_m);
     assert!(heading_deg < 0.16, "{heading_deg} deg");
