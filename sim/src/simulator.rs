@@ -4,7 +4,7 @@ use crate::gait::{Gait, wheeled};
 use crate::optics::Optics;
 use crate::scenario::Scenario;
 use crate::sensor::{FiringStory, Gnss, InertialSensor, LegOdometry, Lidar, Motion, Surroundings};
-use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, spatial};
+use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, planar, spatial};
 use arborloop_robots::{Command, Fall, Follower, Robot, SensorFrame, TrunkState, go1};
 use arborloop_worlds::World;
 use nalgebra::Translation3;
@@ -50,7 +50,6 @@ impl Simulator {
     pub fn new(scenario: &Scenario, seed: Seed) -> Self {
         let tick = scenario.tick();
         let world = arborloop_worlds::build(&scenario.world, seed);
-        let start = scenario.start.pose();
         let gait = Gait::new(&world, scenario, seed);
         let state = gait.state().clone();
         let (robot, joint_names) = match wheeled(scenario.robot.model) {
@@ -60,6 +59,7 @@ impl Simulator {
         let mount = |sensor| robot.mount(sensor).expect("the embedded robots carry every sensor's frame");
         let period = |rate_hz: f64| Span::from_seconds(1.0 / rate_hz);
         let turn = period(scenario.lidar.rate_hz);
+        let start = planar(&state.world_from_base);
         let start_height = state.world_from_base.translation.z;
         Simulator {
             optics: Optics::new(&world),

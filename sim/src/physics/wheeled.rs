@@ -10,6 +10,9 @@ use arborloop_robots::{
 use arborloop_worlds::{Terrain, World};
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
 
+/// A robot that was put down stands still after this, seconds.
+const AT_REST_AFTER_S: f64 = 2.0;
+
 /// A robot on wheels in the physics engine, behind the gait seam.
 pub struct WheeledGait {
     cart: Cart,
@@ -68,7 +71,48 @@ impl WheeledGait {
             fall: None,
         };
         gait.tell(&now, [0.0; 12]);
+        gait.come_to_rest();
         gait
+    }
+
+    /// Lets the body sink into its tires: put down on four points of uneven ground it rolls and turns by tenths of a degree
+    /// before it stands, and a run begins with a robot that stands.
+    fn come_to_rest(&mut self) {
+        let ticks = (AT_REST_AFTER_S / self.tick.seconds()).ceil() as u64;
+        for _ in 0..ticks {
+            self.step(&Command::default());
+        }
+        self.ticks = 0;
+        if let Some(fall) = self.fall.as_mut() {
+            fall.after = Span::ZERO;
+        }
+    }
+
+    /// Moves on by a tick.
+    fn step(&mut self, command: &Command) {
+        if self.fall.is_some() {
+            return;
+        }
+        let before = self.cart.state();
+        let targets = self.drive.step(command, &before.bearings_rad);
+        let mut torques_nm = [0.0; 12];
+        for n in 0..4 {
+            let servo = &mut self.servos[n];
+            torques_nm[n] = servo.roll_nm(targets.rates_radps[n], before.rolling_radps[n]);
+            torques_nm[4 + n] =
+                servo.steer_nm(targets.bearings_rad[n], before.bearings_rad[n], before.steering_radps[n]);
+        }
+        let part = |from: usize| std::array::from_fn(|n| torques_nm[from + n]);
+        self.cart.step(&part(0), &part(4));
+        self.ticks += 1;
+        let now = self.cart.state();
+        if let Some(cause) = self.fallen(&now) {
+            self.fall = Some(Fall { after: self.tick * self.ticks as i64, cause });
+            if cause == FallCause::NotFinite {
+                return;
+            }
+        }
+        self.tell(&now, torques_nm);
     }
 
     /// Solid things that the robot touches; the ground is none of them; sorted.
@@ -126,29 +170,7 @@ impl WheeledGait {
 impl TrunkMotion for WheeledGait {
     /// The ground is the world's own, which the engine holds already.
     fn advance(&mut self, command: &Command, _ground: &dyn Ground) -> &TrunkState {
-        if self.fall.is_some() {
-            return &self.state;
-        }
-        let before = self.cart.state();
-        let targets = self.drive.step(command, &before.bearings_rad);
-        let mut torques_nm = [0.0; 12];
-        for n in 0..4 {
-            let servo = &mut self.servos[n];
-            torques_nm[n] = servo.roll_nm(targets.rates_radps[n], before.rolling_radps[n]);
-            torques_nm[4 + n] =
-                servo.steer_nm(targets.bearings_rad[n], before.bearings_rad[n], before.steering_radps[n]);
-        }
-        let part = |from: usize| std::array::from_fn(|n| torques_nm[from + n]);
-        self.cart.step(&part(0), &part(4));
-        self.ticks += 1;
-        let now = self.cart.state();
-        if let Some(cause) = self.fallen(&now) {
-            self.fall = Some(Fall { after: self.tick * self.ticks as i64, cause });
-            if cause == FallCause::NotFinite {
-                return &self.state;
-            }
-        }
-        self.tell(&now, torques_nm);
+        self.step(command);
         &self.state
     }
 
