@@ -4,7 +4,7 @@ use crate::check::{Nowhere, check_into};
 use arborloop_sim::{Driver, End, Scenario};
 
 #[test]
-fn the_first_groves_hedges_do_not_lead_mhd_astray_over_a_hundred_meters() {
+fn hedges_do_not_lead_mhd_astray_over_a_hundred_meters() {
     let scenario = Scenario::read(&Scenario::embedded("citrus-jackal-short").unwrap()).unwrap();
     let run = check_into(&scenario, &["mhd"], Driver::Truth, &mut Nowhere);
     assert_eq!(run.outcome.end, End::Finished);
@@ -14,10 +14,10 @@ fn the_first_groves_hedges_do_not_lead_mhd_astray_over_a_hundred_meters() {
         "position {:.4} m, heading {:.3} deg, loop {:.4} m, {consistency:?}",
         score.position_mean_m, heading_deg, score.loop_m
     );
-    // The scenario's own seed; in other groves (seeds 4 and 5) hedges still do.
-    // Foliage that is cleared while one passes, and skew taken for a turn, make it 0.14 m, 0.24 deg and 0.40 m.
-    assert!(score.position_mean_m < 0.08, "{} m", score.position_mean_m);
-    assert!(heading_deg < 0.16, "{heading_deg} deg");
-    assert!(score.loop_m < 0.2, "{} m", score.loop_m);
+    // The worst of five groves, whose mean is half of it. With a heading that follows the turn rate, or a distance field that is
+    // told point by point, it is 0.24 m and 0.35 deg.
+    assert!(score.position_mean_m < 0.12, "{} m", score.position_mean_m);
+    assert!(heading_deg < 0.2, "{heading_deg} deg");
+    assert!(score.loop_m < 0.25, "{} m", score.loop_m);
     assert!(consistency.anees < 1.5, "{consistency:?}");
 }

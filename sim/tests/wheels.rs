@@ -258,3 +258,28 @@ fn a_run_records_wheels_joints_odometry_and_a_lidar_that_sees_over_its_own_deck(
         assert!(seen > 100_000 && own * 20 < seen, "{own} of {seen}");
     }
 }
+
+#[test]
+fn a_robot_on_wheels_stands_at_rest_at_the_start_that_truth_counts_from() {
+    // Uneven ground: put down on four points of it a robot rolls and turns before it stands.
+    for seed in 1..=4 {
+        let mut sim =
+            Simulator::new(&scenario("citrus-jackal-short", &["world.planting.rows.count=0"]), Seed(seed));
+        let pose = |sim: &Simulator| {
+            let truth = sim.truth();
+            planar(&(truth.world_from_start.inverse() * truth.world_from_base))
+        };
+        let begin = pose(&sim);
+        assert!(begin.translation.vector.norm() < 1e-9 && begin.rotation.angle().abs() < 1e-9, "{begin}");
+        for _ in 0..500 {
+            sim.step();
+        }
+        let later = pose(&sim);
+        let turned_deg = later.rotation.angle().to_degrees().abs();
+        println!(
+            "seed {seed}: {:.2} mm, {turned_deg:.4} deg in half a second",
+            later.translation.vector.norm() * 1e3
+        );
+        assert!(later.translation.vector.norm() < 2e-3 && turned_deg < 0.05, "{later}");
+    }
+}

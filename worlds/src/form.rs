@@ -69,15 +69,17 @@ const BRANCH_M_MIN: f64 = 0.004;
 /// No twig is thinner than this, meters.
 const TWIG_M_MIN: f64 = 0.002;
 
-/// A plant whose limbs share out a crown's clumps by their bearing, around a trunk of radius `trunk_radius_m`.
+/// A plant whose limbs share out a crown's clumps by their bearing, around a trunk of radius `trunk_radius_m`. Of two that
+/// are grown after each other (`number`) one spirals to the left and one to the right.
 pub(crate) fn grown(
     spec: &CrownSpec,
     crown: &Crown,
     habit: Habit,
     trunk_radius_m: f64,
+    number: u64,
     stream: Stream,
 ) -> Form {
-    let clumps = clumps(spec, crown, stream.child(0));
+    let clumps = clumps(spec, crown, hand(number), stream.child(0));
     let limb_stream = stream.child(1);
     let turned = limb_stream.at(u64::MAX).unit();
     let sector = |clump: &Haze| {
@@ -111,6 +113,11 @@ pub(crate) fn grown(
         })
         .collect();
     Form { crown: *crown, trunk_top_m, trunk_taper_ratio, limbs }
+}
+
+/// Which way round the clumps of a plant follow each other.
+fn hand(number: u64) -> f64 {
+    if number.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 /// Radii of a plant's wood at its lower ends, meters.
@@ -164,14 +171,19 @@ fn twigs(clump: &Haze, wood: &Wood, draws: &mut Draws) -> Vec<Frustum> {
         .collect()
 }
 
-/// Clumps spread evenly over a crown, each within it.
-fn clumps(spec: &CrownSpec, crown: &Crown, stream: Stream) -> Vec<Haze> {
+/// Clumps spread evenly over a crown, each within it. Their spiral begins anywhere and goes round either way (`hand` is 1 or
+/// -1): were it the same in all plants, a grove would look other to its left than to its right, and no SLAM would walk it
+/// straight.
+fn clumps(spec: &CrownSpec, crown: &Crown, hand: f64, stream: Stream) -> Vec<Haze> {
     let count = spec.clumps as f64;
+    // The address after the last that any clump can have.
+    let turned_rad = stream.at(u64::MAX).within(0.0, TAU);
     (0..spec.clumps)
         .map(|index| {
             let mut draws = stream.at(index as u64);
             let share = (index as f64 + draws.unit()) / count;
-            let (sin, cos) = (index as f64 * GOLDEN_ANGLE + draws.within(-0.3, 0.3)).sin_cos();
+            let bearing_rad = turned_rad + hand * index as f64 * GOLDEN_ANGLE + draws.within(-0.3, 0.3);
+            let (sin, cos) = bearing_rad.sin_cos();
             let hollow = spec.hollow_ratio.powi(3);
             let out_ratio = (hollow + (1.0 - hollow) * draws.unit()).cbrt();
             let size_ratio = (spec.clump_ratio * draws.within(0.8, 1.2)).min(1.0);
@@ -239,4 +251,33 @@ fn nearest(line: &[Point3<f64>], target: &Point3<f64>) -> Point3<f64> {
     });
     let cost = |point: &Point3<f64>| (target - point).norm() - 0.5 * (target.z - point.z).max(0.0);
     points.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(*target)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::season::Season;
+    use crate::spec::OrchardSpec;
+    use arborloop_base::Seed;
+
+    #[test]
+    fn clumps_spiral_from_any_bearing_on_and_in_every_other_plant_the_other_way_round() {
+        let spec = OrchardSpec::default().crown;
+        let crown = spec.crown(Season::Full);
+        let bearings_rad = |number: u64| -> Vec<f64> {
+            let hand = hand(number);
+            let clumps = clumps(&spec, &crown, hand, Seed(1).stream("forms").child(number));
+            clumps.iter().map(|clump| clump.center.y.atan2(clump.center.x)).collect()
+        };
+        let mut first_rad = Vec::new();
+        for number in 0..8 {
+            let bearings_rad = bearings_rad(number);
+            let turns = bearings_rad.windows(2).map(|pair| (pair[1] - pair[0]).sin());
+            let mean = turns.sum::<f64>() / (bearings_rad.len() - 1) as f64;
+            assert!(if number.is_multiple_of(2) { mean > 0.5 } else { mean < -0.5 }, "{number}: {mean}");
+            first_rad.push(bearings_rad[0]);
+        }
+        assert!(first_rad.iter().any(|bearing| bearing.cos() > 0.3));
+        assert!(first_rad.iter().any(|bearing| bearing.cos() < -0.3));
+    }
 }

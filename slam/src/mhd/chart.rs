@@ -11,9 +11,6 @@ use nalgebra::{Point2, Vector2};
 /// A cell counts as occupied from this evidence on.
 const OCCUPIED: u8 = 2;
 
-/// The distance field follows a mean that has moved by more than this, meters.
-const MOVED_M: f32 = 0.005;
-
 /// How a map takes in what was met. One empty crossing takes away one of a cell's evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rules {
@@ -81,6 +78,8 @@ pub(crate) struct Chart {
     rules: Rules,
     layers: Vec<Layer>,
     changes: Vec<Change>,
+    /// Layer and cell of what the key frame that is being drawn met.
+    touched: Vec<(usize, CellIndex)>,
     frame: u16,
 }
 
@@ -93,7 +92,14 @@ impl Chart {
             // Its cells along a row are words: a margin of 16 is wide enough.
             shown: Raster::new(cell_m, 16.0 * cell_m, 0),
         };
-        Chart { cell_m, rules, layers: vec![layer; layers], changes: Vec::new(), frame: 0 }
+        Chart {
+            cell_m,
+            rules,
+            layers: vec![layer; layers],
+            changes: Vec::new(),
+            touched: Vec::new(),
+            frame: 0,
+        }
     }
 
     /// Draws a key frame: first what was met, then what was seen empty. A cell learns once per key frame, and a point
@@ -109,17 +115,14 @@ impl Chart {
             let cell = layer.seen.cell_of(at.x, at.y);
             layer.seen.cover(cell, cell);
             layer.spots.cover(cell, cell);
-            let (word, bit) = bit_of(cell);
-            layer.shown.cover(word, word);
-            let (Some(seen), Some(spot), Some(shown)) =
-                (layer.seen.get_mut(cell), layer.spots.get_mut(cell), layer.shown.get_mut(word))
-            else {
+            let (Some(seen), Some(spot)) = (layer.seen.get_mut(cell), layer.spots.get_mut(cell)) else {
                 continue;
             };
             seen.is_near |= feature.at.norm() < CLEARING_M_MAX;
             if seen.frame != self.frame {
                 seen.frame = self.frame;
                 seen.evidence = seen.evidence.saturating_add(hit).min(hit_max);
+                self.touched.push((feature.layer, cell));
             }
             spot.count = spot.count.saturating_add(1);
             let share = 1.0 / f32::from(spot.count);
@@ -127,14 +130,8 @@ impl Chart {
                 |along_m: f64, cell: i32| (along_m - (f64::from(cell) + 0.5) * self.cell_m) as f32;
             spot.mean.0 += (from_center(at.x, cell.0) - spot.mean.0) * share;
             spot.mean.1 += (from_center(at.y, cell.1) - spot.mean.1) * share;
-            let moved_m = (spot.mean.0 - spot.shown.0).hypot(spot.mean.1 - spot.shown.1);
-            if seen.evidence >= OCCUPIED && (*shown & bit == 0 || moved_m > MOVED_M) {
-                let before = (*shown & bit != 0).then_some(spot.shown);
-                self.changes.push(Change { layer: feature.layer, cell, before, now: Some(spot.mean) });
-                *shown |= bit;
-                spot.shown = spot.mean;
-            }
         }
+        self.show_touched();
         for clearing in clearings {
             let (from, to) = (
                 placing.place(&clearing.from, clearing.after_s),
@@ -171,6 +168,24 @@ impl Chart {
                     }
                 }
             });
+        }
+    }
+
+    /// Tells the distance field of the cells that a key frame met something in, when all of its points are in: told point
+    /// by point they would show the means of the points on the side from which a sweep is drawn, and turn every match.
+    fn show_touched(&mut self) {
+        for (index, cell) in self.touched.drain(..) {
+            let layer = &mut self.layers[index];
+            let (word, bit) = bit_of(cell);
+            layer.shown.cover(word, word);
+            let (evidence, spot) = (layer.seen.get(cell).evidence, layer.spots.get_mut(cell));
+            let (Some(spot), Some(shown)) = (spot, layer.shown.get_mut(word)) else { continue };
+            if evidence >= OCCUPIED && (*shown & bit == 0 || spot.mean != spot.shown) {
+                let before = (*shown & bit != 0).then_some(spot.shown);
+                self.changes.push(Change { layer: index, cell, before, now: Some(spot.mean) });
+                *shown |= bit;
+                spot.shown = spot.mean;
+            }
         }
     }
 
@@ -371,6 +386,23 @@ mod tests {
             chart.draw(&STILL, &[at(2.0, 0.05)], &[]);
         }
         assert_eq!(chart.take_changes(), []);
+    }
+
+    #[test]
+    fn a_key_frame_shows_each_cell_once_whatever_the_order_of_its_points() {
+        let mut points: Vec<Feature> =
+            (0..20).map(|n| at(2.0 + 0.009 * f64::from(n % 10), 0.004 * f64::from(n))).collect();
+        let shown = |points: &[Feature]| {
+            let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
+            chart.draw(&STILL, points, &[]);
+            chart.take_changes()
+        };
+        let forward = shown(&points);
+        points.reverse();
+        let backward = shown(&points);
+        assert_eq!((forward.len(), backward.len()), (1, 1));
+        let (a, b) = (forward[0].now.unwrap(), backward[0].now.unwrap());
+        assert!((a.0 - b.0).abs() < 1e-6 && (a.1 - b.1).abs() < 1e-6, "{a:?} {b:?}");
     }
 
     #[test]

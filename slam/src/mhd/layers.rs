@@ -233,7 +233,8 @@ fn clearings(
     for (index, (from_m, to_m, after_s)) in stretches.iter().copied().enumerate() {
         let (layer, bearing) = (index / CLEARING_BINS, index % CLEARING_BINS);
         let center_rad = (bearing as f64 + 0.5) / CLEARING_BINS as f64 * TAU - PI;
-        let half = TAU / CLEARING_BINS as f64 / 2.0;
+        // A hair less than half, for bearings on the border of two bins belong to the one to the left.
+        let half = 0.499 * TAU / CLEARING_BINS as f64;
         let (first, last) = (bin_of(center_rad - half, per_layer), bin_of(center_rad + half, per_layer));
         let nearest_m = (first..=last.max(first))
             .map(|bin| bins[layer * per_layer + bin].nearest_m)

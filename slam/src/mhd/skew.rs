@@ -3,17 +3,14 @@
 //! Ahead a hedge is met from afar and at a grazing angle, behind it was mapped from near by: the points there lie at
 //! another depth than the map's, to the left the other way round than to the right. The left comes half a sweep before the
 //! right, so that between hedges the points ask for a turn within every sweep, of some degrees per second and always the same
-//! way, that the headings from sweep to sweep do not show. Held to their increment it would turn the heading instead: 0.3
-//! degrees in 100 m. Headings cannot be off by the same in every sweep, so what they and the turn within the sweep do not
-//! agree on over many sweeps is skew.
+//! way, that the headings from sweep to sweep do not show. Headings cannot be off by the same in every sweep, so what they and
+//! the turn within the sweep do not agree on over many sweeps is skew: the points may have it in a match, and it is taken off
+//! the motion by which they are drawn and the next sweep is expected.
 
 use super::motion::Motion;
 
 /// The skew follows over about so many sweeps: a gait's turns to and fro average out, another block of trees shows.
 const SWEEPS: f64 = 100.0;
-/// Share of the skew that is taken off the motion. With all of it left in, headings come out too small at turns; with all of it
-/// taken off they drift the other way in alleys (both by 0.15 degrees, three serpentines of 865 m).
-const SHARE: f64 = 0.5;
 /// A larger disagreement teaches no more than this, radians per sweep: that is a jump, not foliage.
 const LESSON_RAD_MAX: f64 = 0.01;
 /// Increments over more than so many sweeps say nothing of the turn within the last one.
@@ -32,11 +29,6 @@ impl Skew {
         self.rad
     }
 
-    /// What the points' turn within a sweep exceeds that of a motion by from which the skew was taken off, radians per sweep.
-    pub(crate) fn over_taken_off_rad(&self) -> f64 {
-        SHARE * self.rad
-    }
-
     /// Learns from a match, as the points have it, and the motion before it.
     pub(crate) fn learn(&mut self, before: &Motion, matched: &Motion, duration_s: f64) {
         let elapsed_s = (matched.stamp - before.stamp).seconds();
@@ -51,7 +43,7 @@ impl Skew {
     /// Takes the skew off a match.
     pub(crate) fn take_off(&self, matched: &mut Motion, duration_s: f64) {
         if duration_s > 0.0 {
-            matched.velocity.z -= self.over_taken_off_rad() / duration_s;
+            matched.velocity.z -= self.rad / duration_s;
         }
     }
 }
@@ -84,7 +76,7 @@ mod tests {
         assert!((skew.over_increment_rad() - 0.006).abs() < 2e-4, "{skew:?}");
         let mut motion = matched(5, 0.06);
         skew.take_off(&mut motion, SWEEP_S);
-        assert!((motion.velocity.z - matched(5, 0.03).velocity.z).abs() < 2e-3);
+        assert!((motion.velocity.z - matched(5, 0.0).velocity.z).abs() < 2e-3);
     }
 
     #[test]

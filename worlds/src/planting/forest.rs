@@ -109,7 +109,7 @@ fn grow_kind(stand: &mut Stand, spec: &ForestSpec, kind: &Kind<'_>, shapes: Stre
     (0..kind.prototypes)
         .map(|number| {
             let crown = kind.crown.crown_of_shape(spec.season, &mut shapes.at(number));
-            let form = grown(kind.crown, &crown, kind.habit, kind.stem_m, shapes.child(2 * number));
+            let form = grown(kind.crown, &crown, kind.habit, kind.stem_m, number, shapes.child(2 * number));
             stand.keep(&form, &wear, shapes.child(2 * number + 1))
         })
         .collect()

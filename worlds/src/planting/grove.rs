@@ -53,7 +53,7 @@ fn grow(grove: &Grove<'_>, terrain: &Terrain, seed: Seed) -> Stand {
     let sorts: Vec<Sort> = (0..PROTOTYPES)
         .map(|kind| {
             let crown = grove.crown.crown_of_shape(grove.season, &mut shapes.at(kind));
-            let form = grown(grove.crown, &crown, habit, grove.trunk.radius_m, shapes.child(2 * kind));
+            let form = grown(grove.crown, &crown, habit, grove.trunk.radius_m, kind, shapes.child(2 * kind));
             stand.keep(&form, &wear, shapes.child(2 * kind + 1))
         })
         .collect();
