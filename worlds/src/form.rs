@@ -172,8 +172,7 @@ fn twigs(clump: &Haze, wood: &Wood, draws: &mut Draws) -> Vec<Frustum> {
 }
 
 /// Clumps spread evenly over a crown, each within it. Their spiral begins anywhere and goes round either way (`hand` is 1 or
-/// -1): were it the same in all plants, a grove would look other to its left than to its right, and no SLAM would walk it
-/// straight.
+/// -1): were it the same in all plants, a grove would look other to its left than to its right.
 fn clumps(spec: &CrownSpec, crown: &Crown, hand: f64, stream: Stream) -> Vec<Haze> {
     let count = spec.clumps as f64;
     // The address after the last that any clump can have.
