@@ -55,6 +55,9 @@ pub(crate) const POSE: &[Metric<Score, PublishedRow>] = &[
     pose("error over covariance, ANEES", 2, |s| s.consistency.map(|c| c.anees), |_| None),
     pose("outside of 95 % ellipsoid (%)", 1, |s| s.consistency.map(|c| c.outside_95_percent), |_| None),
     pose("confidently wrong poses", 0, |s| s.consistency.map(|c| c.confidently_wrong as f64), |_| None),
+    pose("finally: position mean (m)", 4, |s| s.revised.map(|r| r.position_mean_m), |_| None),
+    pose("finally: heading mean (deg)", 3, |s| s.revised.and_then(|r| r.heading_mean_deg), |_| None),
+    pose("finally: loop (m)", 4, |s| s.revised.map(|r| r.loop_m), |_| None),
 ];
 
 /// Numbers of a map.

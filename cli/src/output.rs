@@ -17,6 +17,9 @@ pub(crate) fn write(
     std::fs::create_dir_all(folder).map_err(Failure::file(folder, "create"))?;
     for system in &session.systems {
         write_tum(&folder.join(format!("est_{}.tum", system.name)), &system.trajectory)?;
+        if let Some(revised) = &system.revised {
+            write_tum(&folder.join(format!("final_{}.tum", system.name)), revised)?;
+        }
         if let Some(map) = &system.map {
             write_map(&folder.join(format!("map_{}", system.name)), map)?;
         }

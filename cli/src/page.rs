@@ -169,6 +169,10 @@ fn files(session: &Session, folder: &Path) -> Vec<(String, String)> {
     }
     for system in &session.systems {
         files.push((format!("est_{}.tum", system.name), format!("poses of {}", system.name)));
+        if system.revised.is_some() {
+            let about = format!("path of {} as finally believed", system.name);
+            files.push((format!("final_{}.tum", system.name), about));
+        }
         if system.map.is_some() {
             files.push((format!("map_{}.yaml", system.name), format!("map of {}", system.name)));
         }

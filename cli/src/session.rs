@@ -44,6 +44,8 @@ pub(crate) struct Case<'a> {
 pub(crate) struct SystemResult {
     pub(crate) name: String,
     pub(crate) trajectory: Trajectory,
+    /// The path as finally believed, of a system that revises its past.
+    pub(crate) revised: Option<Trajectory>,
     pub(crate) score: Result<Score, String>,
     pub(crate) map: Option<Grid<Cell>>,
     pub(crate) map_score: Option<MapScore>,
@@ -177,10 +179,12 @@ pub(crate) fn simulate(
             let stamps: Vec<Time> = trajectory.poses().iter().map(|(stamp, _)| *stamp).collect();
             let settings = ScoreSettings::new(Alignment::None, PoseTime::SweepEnd);
             let said = trace.estimates.get(&system.name).map_or(&[][..], Vec::as_slice);
+            let revised = system.slam.trajectory();
             let score = resample(&path, &stamps)
                 .and_then(|reference| {
-                    let score = score(&reference, &trajectory, &settings)?;
-                    score.with_covariances(&reference, &trajectory, said, &settings)
+                    score(&reference, &trajectory, &settings)?
+                        .with_covariances(&reference, &trajectory, said, &settings)?
+                        .with_revised(&reference, revised.as_ref(), &settings)
                 })
                 .map_err(|error| error.to_string());
             let map_score = map.as_ref().and_then(|map| {
@@ -190,6 +194,7 @@ pub(crate) fn simulate(
             SystemResult {
                 name: system.name.clone(),
                 trajectory,
+                revised,
                 score,
                 map,
                 map_score,
@@ -290,6 +295,7 @@ pub(crate) fn replay(
         .zip(&stopwatches)
         .map(|(system, stopwatch)| {
             let trajectory = trace.trajectory(&system.name);
+            let revised = system.slam.trajectory();
             let said = trace.estimates.get(&system.name).map_or(&[][..], Vec::as_slice);
             let scored = match &reference {
                 Some(reference) => {
@@ -300,6 +306,9 @@ pub(crate) fn replay(
                     score(&reference.trajectory, &trajectory, &settings)
                         .and_then(|score| {
                             score.with_covariances(&reference.trajectory, &trajectory, said, &settings)
+                        })
+                        .and_then(|score| {
+                            score.with_revised(&reference.trajectory, revised.as_ref(), &settings)
                         })
                         .map_err(|error| error.to_string())
                 }
@@ -313,6 +322,7 @@ pub(crate) fn replay(
                 health: count(said),
                 cpu_ms: Stats::of(&stopwatch.milliseconds()),
                 trajectory,
+                revised,
             }
         })
         .collect();

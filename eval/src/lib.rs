@@ -23,5 +23,5 @@ pub use consistency::{Consistency, consistency};
 pub use loop_closure::{LoopError, loop_error};
 pub use map::{CellVerdict, MapScore, MapScoreSettings, compare_maps, score_map};
 pub use rpe::{PairSpacing, rpe};
-pub use score::{ErrorSample, Score, ScoreError, ScoreSettings, score};
+pub use score::{ErrorSample, Revised, Score, ScoreError, ScoreSettings, score};
 pub use stats::{OverSeeds, Stats};

@@ -132,9 +132,27 @@ pub struct Score {
     /// How the errors compare with the covariances that came with the estimates; `None` where none came, and until
     /// [`Score::with_covariances`] is told them.
     pub consistency: Option<Consistency>,
+    /// The path as the system believed it in the end; `None` where it never revises its past, and until
+    /// [`Score::with_revised`] is told it.
+    pub revised: Option<Revised>,
     /// The error at every sample, for plots. Not part of the written metrics.
     #[serde(skip)]
     pub errors: Vec<ErrorSample>,
+}
+
+/// What a path that was revised afterwards is off by; the numbers are those of [`Score`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Revised {
+    /// Mean distance, meters.
+    pub position_mean_m: f64,
+    /// Largest distance, meters.
+    pub position_max_m: f64,
+    /// Mean difference of heading, degrees; `None` where the reference has none.
+    pub heading_mean_deg: Option<f64>,
+    /// Distance at the end, meters.
+    pub loop_m: f64,
+    /// Distance left after a rigid motion of the plane, root mean square, meters.
+    pub ate_rmse_m: Option<f64>,
 }
 
 /// Compares an estimate with a reference.
@@ -206,6 +224,7 @@ pub fn score(
         rpe_rotation_deg: summary(rpe(&pairs, PoseRelation::RotationAngle, step)),
         rpe_translation_per_meter: summary(rpe(&pairs, PoseRelation::Translation, per_meter)),
         consistency: None,
+        revised: None,
         errors,
     })
 }
@@ -224,6 +243,27 @@ impl Score {
         settings: &ScoreSettings,
     ) -> Result<Score, ScoreError> {
         self.consistency = consistency(reference, estimate, said, settings, &self.reference_from_estimate)?;
+        Ok(self)
+    }
+
+    /// Adds what the path as finally believed is off by; reference and settings are those of the score.
+    ///
+    /// # Errors
+    /// Those of [`score`].
+    pub fn with_revised(
+        mut self,
+        reference: &Trajectory,
+        revised: Option<&Trajectory>,
+        settings: &ScoreSettings,
+    ) -> Result<Score, ScoreError> {
+        let revised = revised.map(|path| score(reference, path, settings)).transpose()?;
+        self.revised = revised.map(|score| Revised {
+            position_mean_m: score.position_mean_m,
+            position_max_m: score.position_max_m,
+            heading_mean_deg: score.heading_mean_deg,
+            loop_m: score.loop_m,
+            ate_rmse_m: score.ape_se2.map(|ape| ape.rmse),
+        });
         Ok(self)
     }
 }

@@ -10,10 +10,14 @@ mod features;
 mod field;
 mod foresight;
 mod front;
+mod graph;
 mod ground;
 mod hits;
 mod layers;
+mod meeting;
 mod motion;
+mod path;
+mod places;
 mod plumb;
 mod refine;
 mod round;
@@ -24,7 +28,9 @@ mod uncertainty;
 mod upright;
 
 use crate::rig::Rig;
-use arborloop_base::{Cell, Estimate, Grid, Health, Observation, Slam, Sweep, Time, spatial};
+use arborloop_base::{
+    Cell, Estimate, Grid, Health, Observation, Slam, Sweep, Time, Trajectory, pose2, spatial,
+};
 use chart::{Chart, Rules};
 use features::Feature;
 pub(crate) use features::View;
@@ -33,6 +39,8 @@ use foresight::Foresight;
 pub(crate) use front::FrontEnd;
 use motion::Motion;
 use nalgebra::Vector3;
+use path::Path;
+use places::Places;
 use refine::{Match, Refine};
 use search::{Lattice, Search};
 use settings::MhdSettings;
@@ -71,6 +79,8 @@ pub(crate) struct Mhd {
     search: Search,
     refine: Refine,
     foresight: Foresight,
+    places: Places,
+    path: Path,
     motion: Option<Motion>,
     drawn: Option<Motion>,
     /// From where the last sweep is still to be drawn.
@@ -78,6 +88,7 @@ pub(crate) struct Mhd {
     sweeps_drawn: usize,
     /// Whether the robot still stands where it began.
     stands: bool,
+    is_planar: bool,
     failures: usize,
     refusals: usize,
     /// When the last match was good.
@@ -102,11 +113,14 @@ impl Mhd {
             search: Search::default(),
             refine: Refine::default(),
             foresight: Foresight::default(),
+            places: Places::default(),
+            path: Path::default(),
             motion: None,
             drawn: None,
             to_draw: None,
             sweeps_drawn: 0,
             stands: true,
+            is_planar: false,
             failures: 0,
             refusals: 0,
             seen: None,
@@ -183,6 +197,7 @@ impl Mhd {
 
     /// Lays out an empty map for planar sweeps.
     fn begin_planar(&mut self) {
+        self.is_planar = true;
         let settings = &self.settings;
         self.chart = Chart::new(settings.planar_cell_m, settings.layers(), Rules::OF_PLANAR);
         self.field = Field::new(settings.planar_cell_m, settings.planar_distance_m_max, settings.layers());
@@ -297,13 +312,22 @@ impl Mhd {
     }
 
     /// The estimate at the sweep's end: half a sweep after the instant of the pose.
-    fn answer(&self, end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
+    fn answer(&mut self, end: Time, motion: &Motion, found: Option<&Match>, health: Health) -> Estimate {
+        self.path.push(end, motion, self.places.last());
         let after_s = (end - motion.stamp).seconds();
         let pose = match found {
             Some(_) => self.foresight.after(motion, after_s),
             None => motion.after(after_s),
         };
-        let covariance = found.and_then(|found| uncertainty::covariance(found, after_s));
+        let drawn = Vector3::new(pose.translation.x, pose.translation.y, pose.rotation.angle());
+        let believed = self.places.correct(&drawn);
+        let astray = if self.is_planar {
+            uncertainty::astray_by_distance(&believed)
+        } else {
+            self.places.astray(&believed)
+        };
+        let covariance = found.and_then(|found| uncertainty::covariance(found, after_s, &astray));
+        let pose = pose2(believed.x, believed.y, believed.z);
         Estimate { stamp: end, map_from_base: spatial(&pose), covariance, health }
     }
 }
@@ -319,9 +343,17 @@ impl Slam for Mhd {
     fn settle(&mut self) {
         if let Some(motion) = self.to_draw.take() {
             self.front_end.clear(&mut self.view);
-            self.chart.draw(&motion, &self.view.features, &self.view.clearings);
+            self.chart.draw(&motion, &self.view.features, &self.view.clearings, self.places.last());
+            if !self.is_planar && self.places.visit(&motion, &self.view.features, &self.settings) {
+                self.chart.hide(|place| self.places.has_left(place));
+            }
             self.field.follow(&mut self.chart);
         }
+    }
+
+    fn trajectory(&self) -> Option<Trajectory> {
+        // Planar sweeps are answered at the instant that they determine, and their places are never moved.
+        (!self.is_planar).then(|| self.path.finally(&self.places)).flatten()
     }
 
     fn map(&self) -> Option<Grid<Cell>> {
@@ -329,6 +361,6 @@ impl Slam for Mhd {
         let edges = &self.settings.layer_edges_m;
         let from = edges.partition_point(|edge| *edge < low - 1e-9).min(self.settings.layers() - 1);
         let to = edges.partition_point(|edge| *edge < high - 1e-9).clamp(from + 1, self.settings.layers());
-        self.chart.drawing(from, to)
+        self.chart.drawing(from, to, |place, at| self.places.moved(place, at))
     }
 }

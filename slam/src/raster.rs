@@ -64,6 +64,22 @@ impl<T: Copy> Raster<T> {
         &mut self.cells
     }
 
+    /// All cells that are stored, with their names, row after row.
+    pub(crate) fn stored(&self) -> impl Iterator<Item = (CellIndex, T)> + '_ {
+        let (columns, first) = (self.columns.max(1), self.first);
+        self.cells.iter().enumerate().map(move |(place, value)| {
+            ((first.0 + place as i32 % columns, first.1 + place as i32 / columns), *value)
+        })
+    }
+
+    /// The same, to be changed.
+    pub(crate) fn stored_mut(&mut self) -> impl Iterator<Item = (CellIndex, &mut T)> + '_ {
+        let (columns, first) = (self.columns.max(1), self.first);
+        self.cells.iter_mut().enumerate().map(move |(place, value)| {
+            ((first.0 + place as i32 % columns, first.1 + place as i32 / columns), value)
+        })
+    }
+
     /// The stored part of a row, columns `from..to`, and the column where that part begins.
     pub(crate) fn row(&self, row: i32, from: i32, to: i32) -> (i32, &[T]) {
         let j = row - self.first.1;

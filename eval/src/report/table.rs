@@ -58,7 +58,7 @@ type ScoreMetric = (
 );
 
 #[rustfmt::skip]
-const SCORE_ROWS: [ScoreMetric; 23] = [
+const SCORE_ROWS: [ScoreMetric; 27] = [
     ("Position, mean", "m", "position_mean_m", |s| Some(s.position_mean_m), |p| p.position_mean_m, Better::Lower),
     ("Position, RMS", "m", "position_rms_m", |s| Some(s.position_rms_m), |p| p.position_rms_m, Better::Lower),
     ("Position, largest", "m", "position_max_m", |s| Some(s.position_max_m), |_| None, Better::Lower),
@@ -82,6 +82,10 @@ const SCORE_ROWS: [ScoreMetric; 23] = [
     ("Error over its covariance, ANEES (1 is honest)", "", "consistency.anees", |s| s.consistency.map(|c| c.anees), |_| None, Better::Neither),
     ("Errors outside of their 95 % ellipsoid", "%", "consistency.outside_95_percent", |s| s.consistency.map(|c| c.outside_95_percent), |_| None, Better::Neither),
     ("Poses confidently wrong", "", "consistency.confidently_wrong", |s| s.consistency.map(|c| c.confidently_wrong as f64), |_| None, Better::Lower),
+    ("Path as finally believed: position, mean", "m", "revised.position_mean_m", |s| s.revised.map(|r| r.position_mean_m), |_| None, Better::Lower),
+    ("Path as finally believed: position, largest", "m", "revised.position_max_m", |s| s.revised.map(|r| r.position_max_m), |_| None, Better::Lower),
+    ("Path as finally believed: heading, mean", "deg", "revised.heading_mean_deg", |s| s.revised.and_then(|r| r.heading_mean_deg), |_| None, Better::Lower),
+    ("Path as finally believed: loop", "m", "revised.loop_m", |s| s.revised.map(|r| r.loop_m), |_| None, Better::Lower),
 ];
 
 type MapMetric = (

@@ -1,5 +1,6 @@
 //! The map: one raster per layer whose cells hold the mean of the points that fell into them, and never forget a
-//! place for its age. The return to an old place re-locks on it: at the size of an orchard block that is the loop closure.
+//! place for its age. The return to an old place re-locks on it: at the size of an orchard block that closes the loop. Where a
+//! long way has gone astray (`places.rs`), what was drawn too far off is hidden from the matching.
 
 use super::compact::CLEARING_M_MAX;
 use super::features::{Clearing, Feature};
@@ -60,6 +61,8 @@ struct Spot {
     shown: (f32, f32),
     /// Number of points in the mean.
     count: u16,
+    /// The place from which its last point was met.
+    place: u16,
 }
 
 /// One layer of heights. Beams cross many times more cells than they meet something in, so the two are kept apart.
@@ -81,6 +84,8 @@ pub(crate) struct Chart {
     /// Layer and cell of what the key frame that is being drawn met.
     touched: Vec<(usize, CellIndex)>,
     frame: u16,
+    /// The place that each key frame was drawn from.
+    places: Vec<u16>,
 }
 
 impl Chart {
@@ -99,15 +104,20 @@ impl Chart {
             changes: Vec::new(),
             touched: Vec::new(),
             frame: 0,
+            places: Vec::new(),
         }
     }
 
     /// Draws a key frame: first what was met, then what was seen empty. A cell learns once per key frame, and a point
     /// outweighs the beams beside it: else the near faces of trunks are worn away, the map recedes from the robot and
     /// every way comes out too long.
-    pub(crate) fn draw(&mut self, motion: &Motion, features: &[Feature], clearings: &[Clearing]) {
+    /// `place` names the part of the way that the key frame belongs to.
+    pub(crate) fn draw(&mut self, motion: &Motion, features: &[Feature], clearings: &[Clearing], place: u16) {
         // After 65535 key frames the count begins anew; what was last seen exactly so long ago learns one frame later.
         self.frame = self.frame.checked_add(1).unwrap_or(1);
+        let frames = self.places.len().max(usize::from(self.frame) + 1);
+        self.places.resize(frames, place);
+        self.places[usize::from(self.frame)] = place;
         let (Rules { hit, hit_max, reach_m }, placing) = (self.rules, motion.placing());
         for feature in features.iter().filter(|feature| feature.at.norm() <= reach_m) {
             let at = placing.place(&feature.at, feature.after_s);
@@ -124,6 +134,7 @@ impl Chart {
                 seen.evidence = seen.evidence.saturating_add(hit).min(hit_max);
                 self.touched.push((feature.layer, cell));
             }
+            spot.place = place;
             spot.count = spot.count.saturating_add(1);
             let share = 1.0 / f32::from(spot.count);
             let from_center =
@@ -189,6 +200,28 @@ impl Chart {
         }
     }
 
+    /// Hides what was met last from a place that has left the rest of the map: the distance field forgets it, and what is
+    /// met there again is met for the first time.
+    pub(crate) fn hide(&mut self, has_left: impl Fn(u16) -> bool) {
+        for (index, layer) in self.layers.iter_mut().enumerate() {
+            let Layer { spots, shown, .. } = layer;
+            for ((word, row), bits) in shown.stored_mut() {
+                let mut left = *bits;
+                while left != 0 {
+                    let bit = left & left.wrapping_neg();
+                    left ^= bit;
+                    let cell = (word * WORD + bit.trailing_zeros() as i32, row);
+                    let Some(spot) = spots.get_mut(cell).filter(|spot| has_left(spot.place)) else {
+                        continue;
+                    };
+                    *bits &= !bit;
+                    spot.count = 0;
+                    self.changes.push(Change { layer: index, cell, before: Some(spot.shown), now: None });
+                }
+            }
+        }
+    }
+
     /// What changed since the last call, in order.
     pub(crate) fn take_changes(&mut self) -> Vec<Change> {
         std::mem::take(&mut self.changes)
@@ -224,31 +257,66 @@ impl Chart {
     }
 
     /// The layers `from..to` as one drawing: occupied where any is, else free where any was seen. What was only met from so
-    /// far that no beam that crosses it clears it again serves the matching, but is not drawn.
-    pub(crate) fn drawing(&self, from: usize, to: usize) -> Option<Grid<Cell>> {
-        let layers =
-            || self.layers[from..to].iter().map(|layer| &layer.seen).filter(|seen| seen.size().0 > 0);
-        let first_column = layers().map(|layer| layer.first().0).min()?;
-        let first_row = layers().map(|layer| layer.first().1).min()?;
-        let end_column = layers().map(|layer| layer.first().0 + layer.size().0).max()?;
-        let end_row = layers().map(|layer| layer.first().1 + layer.size().1).max()?;
-        let origin = Point2::new(f64::from(first_column) * self.cell_m, f64::from(first_row) * self.cell_m);
-        let (columns, rows) = ((end_column - first_column) as usize, (end_row - first_row) as usize);
+    /// far that no beam that crosses it clears it again serves the matching, but is not drawn. `moved` says where what was
+    /// drawn from a place is believed to be by now.
+    pub(crate) fn drawing(
+        &self,
+        from: usize,
+        to: usize,
+        moved: impl Fn(u16, Vector2<f64>) -> Vector2<f64>,
+    ) -> Option<Grid<Cell>> {
+        let seen = || self.layers[from..to].iter().map(|layer| &layer.seen).filter(|seen| seen.size().0 > 0);
+        let mut low = (seen().map(|seen| seen.first().0).min()?, seen().map(|seen| seen.first().1).min()?);
+        let mut end = (
+            seen().map(|seen| seen.first().0 + seen.size().0).max()?,
+            seen().map(|seen| seen.first().1 + seen.size().1).max()?,
+        );
+        self.each_drawn(from, to, &moved, |cell, _| {
+            low = (low.0.min(cell.0), low.1.min(cell.1));
+            end = (end.0.max(cell.0 + 1), end.1.max(cell.1 + 1));
+        });
+        let origin = Point2::new(f64::from(low.0) * self.cell_m, f64::from(low.1) * self.cell_m);
+        let (columns, rows) = ((end.0 - low.0) as usize, (end.1 - low.1) as usize);
         let mut grid = Grid::filled(origin, self.cell_m, columns, rows, Cell::Unknown);
-        for layer in layers() {
-            for (index, drawn) in grid.cells_mut().iter_mut().enumerate() {
-                let cell = (first_column + (index % columns) as i32, first_row + (index / columns) as i32);
-                let seen = layer.get(cell);
-                if seen.evidence >= OCCUPIED {
-                    if seen.is_near {
-                        *drawn = Cell::Occupied;
-                    }
-                } else if seen.frame > 0 && *drawn == Cell::Unknown {
-                    *drawn = Cell::Free;
+        self.each_drawn(from, to, &moved, |cell, value| {
+            let there =
+                &mut grid.cells_mut()[(cell.1 - low.1) as usize * columns + (cell.0 - low.0) as usize];
+            if *there != Cell::Occupied {
+                *there = value;
+            }
+        });
+        Some(grid)
+    }
+
+    /// Calls `draw` with the cells of a drawing, some of them several times.
+    fn each_drawn(
+        &self,
+        from: usize,
+        to: usize,
+        moved: &impl Fn(u16, Vector2<f64>) -> Vector2<f64>,
+        mut draw: impl FnMut(CellIndex, Cell),
+    ) {
+        for Layer { seen, spots, .. } in &self.layers[from..to] {
+            for (cell, seen) in seen.stored().filter(|(_, seen)| seen.frame > 0) {
+                let (place, value) = match seen.evidence >= OCCUPIED {
+                    true if seen.is_near => (spots.get(cell).place, Cell::Occupied),
+                    true => continue,
+                    false => (self.places[usize::from(seen.frame)], Cell::Free),
+                };
+                let center = |cell: i32| (f64::from(cell) + 0.5) * self.cell_m;
+                let at = Vector2::new(center(cell.0), center(cell.1));
+                let to = moved(place, at);
+                if to == at {
+                    draw(cell, value);
+                    continue;
+                }
+                // Four parts of the cell: turned cells leave no holes.
+                for (u, v) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                    let part = to + Vector2::new(u, v) * (0.25 * self.cell_m);
+                    draw(cell_at(part.x, part.y, self.cell_m), value);
                 }
             }
         }
-        Some(grid)
     }
 }
 
@@ -356,12 +424,12 @@ mod tests {
     #[test]
     fn a_thing_that_went_away_is_forgotten_and_one_that_is_met_again_is_not() {
         let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
-        chart.draw(&STILL, &[at(2.0, 0.05), at(3.0, 0.05)], &[]);
+        chart.draw(&STILL, &[at(2.0, 0.05), at(3.0, 0.05)], &[], 0);
         let through = Clearing { from: Vector2::zeros(), to: Vector2::new(5.0, 0.0), after_s: 0.0, layer: 0 };
         for _ in 0..20 {
-            chart.draw(&STILL, &[at(3.0, 0.05)], &[Clearing { to: Vector2::new(5.0, 0.09), ..through }]);
+            chart.draw(&STILL, &[at(3.0, 0.05)], &[Clearing { to: Vector2::new(5.0, 0.09), ..through }], 0);
         }
-        let grid = chart.drawing(0, 1).unwrap();
+        let grid = chart.drawing(0, 1, |_, at| at).unwrap();
         let cell = |x: f64, y: f64| {
             let (column, row) = grid.index_of(&Point2::new(x, y)).unwrap();
             *grid.get(column, row).unwrap()
@@ -369,21 +437,21 @@ mod tests {
         assert_eq!(cell(2.05, 0.05), Cell::Free);
         assert_eq!(cell(3.05, 0.05), Cell::Occupied);
         assert_eq!(cell(2.05, 1.05), Cell::Unknown);
-        assert_eq!(Chart::new(0.1, 1, Rules::OF_RINGS).drawing(0, 1), None);
+        assert_eq!(Chart::new(0.1, 1, Rules::OF_RINGS).drawing(0, 1, |_, at| at), None);
     }
 
     #[test]
     fn rings_draw_nothing_from_afar_and_keep_what_one_beam_in_twelve_meets() {
         let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
-        chart.draw(&STILL, &[at(CLEARING_M_MAX + 0.1, 0.05), at(2.0, 0.05)], &[]);
+        chart.draw(&STILL, &[at(CLEARING_M_MAX + 0.1, 0.05), at(2.0, 0.05)], &[], 0);
         assert_eq!(chart.take_changes().iter().map(|change| change.cell).collect::<Vec<_>>(), [(20, 0)]);
         let through =
             Clearing { from: Vector2::zeros(), to: Vector2::new(5.0, 0.09), after_s: 0.0, layer: 0 };
         for _ in 0..20 {
             for _ in 0..11 {
-                chart.draw(&STILL, &[], &[through]);
+                chart.draw(&STILL, &[], &[through], 0);
             }
-            chart.draw(&STILL, &[at(2.0, 0.05)], &[]);
+            chart.draw(&STILL, &[at(2.0, 0.05)], &[], 0);
         }
         assert_eq!(chart.take_changes(), []);
     }
@@ -394,7 +462,7 @@ mod tests {
             (0..20).map(|n| at(2.0 + 0.009 * f64::from(n % 10), 0.004 * f64::from(n))).collect();
         let shown = |points: &[Feature]| {
             let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
-            chart.draw(&STILL, points, &[]);
+            chart.draw(&STILL, points, &[], 0);
             chart.take_changes()
         };
         let forward = shown(&points);
@@ -410,15 +478,48 @@ mod tests {
         let mut chart = Chart::new(0.1, 1, Rules::OF_PLANAR);
         let far = CLEARING_M_MAX + 3.0;
         let drawn = |chart: &Chart| {
-            let grid = chart.drawing(0, 1).unwrap();
+            let grid = chart.drawing(0, 1, |_, at| at).unwrap();
             let (column, row) = grid.index_of(&Point2::new(far, 0.05)).unwrap();
             *grid.get(column, row).unwrap()
         };
-        chart.draw(&STILL, &[at(far, 0.05), at(2.0, 0.05)], &[]);
+        chart.draw(&STILL, &[at(far, 0.05), at(2.0, 0.05)], &[], 0);
         assert_eq!(drawn(&chart), Cell::Unknown);
         assert!(chart.take_changes().iter().any(|change| change.cell.0 == (far / 0.1) as i32));
         let beside = Motion { pose: Vector3::new(10.0, 0.0, 0.0), ..STILL };
-        chart.draw(&beside, &[at(far - 10.0, 0.05)], &[]);
+        chart.draw(&beside, &[at(far - 10.0, 0.05)], &[], 0);
         assert_eq!(drawn(&chart), Cell::Occupied);
+    }
+
+    #[test]
+    fn what_was_hidden_is_shown_again_where_it_is_met_again() {
+        let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
+        chart.draw(&STILL, &[at(2.01, 0.05), at(3.01, 0.05)], &[], 0);
+        chart.draw(&STILL, &[at(3.01, 0.05), at(4.01, 0.05)], &[], 1);
+        chart.take_changes();
+        chart.hide(|place| place == 0);
+        let gone = chart.take_changes();
+        assert_eq!(gone.len(), 1);
+        assert_eq!((gone[0].cell, gone[0].now), ((20, 0), None));
+        chart.draw(&STILL, &[at(2.07, 0.05)], &[], 1);
+        let back = chart.take_changes();
+        assert_eq!((back.len(), back[0].before), (1, None));
+        assert!((back[0].now.unwrap().0 - 0.02).abs() < 1e-6, "{:?}", back[0]);
+    }
+
+    #[test]
+    fn a_drawing_shows_what_was_drawn_from_a_place_where_that_is_believed_to_be() {
+        let mut chart = Chart::new(0.1, 1, Rules::OF_RINGS);
+        let through = Clearing { from: Vector2::zeros(), to: Vector2::new(1.5, 0.0), after_s: 0.0, layer: 0 };
+        chart.draw(&STILL, &[at(2.05, 0.05)], &[through], 0);
+        chart.draw(&STILL, &[at(3.05, 0.05)], &[], 1);
+        let moved = |place: u16, at: Vector2<f64>| at + Vector2::new(0.0, if place == 1 { 0.3 } else { 0.0 });
+        let grid = chart.drawing(0, 1, moved).unwrap();
+        let cell = |x: f64, y: f64| {
+            let (column, row) = grid.index_of(&Point2::new(x, y)).unwrap();
+            *grid.get(column, row).unwrap()
+        };
+        assert_eq!(cell(2.05, 0.05), Cell::Occupied);
+        assert_eq!((cell(3.05, 0.05), cell(3.05, 0.35)), (Cell::Unknown, Cell::Occupied));
+        assert_eq!(cell(1.05, 0.05), Cell::Free);
     }
 }

@@ -5,6 +5,7 @@
 //! tiles near what it changed.
 
 use super::chart::{Change, Chart};
+use super::features::Feature;
 use crate::raster::{CellIndex, Raster, cell_at};
 
 /// Levels of the coarse copy that the search reads: one byte per cell keeps it in the cache.
@@ -118,44 +119,57 @@ impl Field {
     /// Follows the changes of the map since the last call. What a new point is nearest to is told at once; a tile in
     /// which a point that moved or went was the nearest of some center is measured anew.
     pub(crate) fn follow(&mut self, chart: &mut Chart) {
-        let (cell_m, cap_m, reach) = (self.cell_m, self.cap_m, self.reach());
         for change in chart.take_changes() {
-            let Change { layer, cell: (column, row), before, now } = change;
-            let sheet = &mut self.sheets[layer];
-            // The node beyond a tile's last cell belongs to it too, hence one more to the lower side.
-            for j in tile_of(row - reach - 1)..=tile_of(row + reach) {
-                for i in tile_of(column - reach - 1)..=tile_of(column + reach) {
-                    sheet.index.cover((i, j), (i, j));
-                    let Some(slot) = sheet.index.get_mut((i, j)) else { continue };
-                    if *slot == NO_TILE {
-                        *slot = sheet.tiles.len() as u32;
-                        sheet.tiles.push(Tile::EMPTY);
-                    }
-                    let tile = &mut sheet.tiles[*slot as usize];
-                    if tile.is_outdated {
-                        continue;
-                    }
-                    let corner = corner_m((i, j), cell_m);
-                    let from_corner = |(x, y): (f32, f32)| {
-                        let along = |cell: i32, off: f32, corner: f64| {
-                            ((f64::from(cell) + 0.5) * cell_m + f64::from(off) - corner) as f32
-                        };
-                        (along(column, x, corner.0), along(row, y, corner.1))
-                    };
-                    let span = Span { cell_m: cell_m as f32, cap_m: cap_m as f32 };
-                    tile.is_outdated = before.is_some_and(|before| tile.leans_on(from_corner(before), span));
-                    if tile.is_outdated {
-                        self.outdated.push((layer, (i, j), *slot));
-                    } else if let Some(now) = now {
-                        tile.add(from_corner(now), span);
-                    }
-                }
-            }
+            self.change(&change);
         }
+        let (cell_m, cap_m, reach) = (self.cell_m, self.cap_m, self.reach());
         for (layer, place, slot) in self.outdated.drain(..) {
             let tile = &mut self.sheets[layer].tiles[slot as usize];
             tile.measure(chart, layer, place, reach, cell_m, cap_m);
             tile.is_outdated = false;
+        }
+    }
+
+    /// Takes in a point that no chart shows.
+    pub(crate) fn show(&mut self, point: Feature) {
+        let cell = self.cell_of(point.at.x, point.at.y);
+        let from_center = |along_m: f64, cell: i32| (along_m - (f64::from(cell) + 0.5) * self.cell_m) as f32;
+        let now = Some((from_center(point.at.x, cell.0), from_center(point.at.y, cell.1)));
+        self.change(&Change { layer: point.layer, cell, before: None, now });
+    }
+
+    fn change(&mut self, change: &Change) {
+        let (cell_m, cap_m, reach) = (self.cell_m, self.cap_m, self.reach());
+        let Change { layer, cell: (column, row), before, now } = *change;
+        let sheet = &mut self.sheets[layer];
+        // The node beyond a tile's last cell belongs to it too, hence one more to the lower side.
+        for j in tile_of(row - reach - 1)..=tile_of(row + reach) {
+            for i in tile_of(column - reach - 1)..=tile_of(column + reach) {
+                sheet.index.cover((i, j), (i, j));
+                let Some(slot) = sheet.index.get_mut((i, j)) else { continue };
+                if *slot == NO_TILE {
+                    *slot = sheet.tiles.len() as u32;
+                    sheet.tiles.push(Tile::EMPTY);
+                }
+                let tile = &mut sheet.tiles[*slot as usize];
+                if tile.is_outdated {
+                    continue;
+                }
+                let corner = corner_m((i, j), cell_m);
+                let from_corner = |(x, y): (f32, f32)| {
+                    let along = |cell: i32, off: f32, corner: f64| {
+                        ((f64::from(cell) + 0.5) * cell_m + f64::from(off) - corner) as f32
+                    };
+                    (along(column, x, corner.0), along(row, y, corner.1))
+                };
+                let span = Span { cell_m: cell_m as f32, cap_m: cap_m as f32 };
+                tile.is_outdated = before.is_some_and(|before| tile.leans_on(from_corner(before), span));
+                if tile.is_outdated {
+                    self.outdated.push((layer, (i, j), *slot));
+                } else if let Some(now) = now {
+                    tile.add(from_corner(now), span);
+                }
+            }
         }
     }
 
@@ -365,7 +379,7 @@ mod tests {
     fn drawn(chart: &mut Chart, field: &mut Field, points: &[Vector2<f64>]) {
         let features: Vec<Feature> =
             points.iter().map(|at| Feature { at: *at, after_s: 0.0, layer: 0 }).collect();
-        chart.draw(&STILL, &features, &[]);
+        chart.draw(&STILL, &features, &[], 0);
         field.follow(chart);
     }
 
@@ -392,7 +406,7 @@ mod tests {
                 })
                 .collect();
             for _ in 0..3 {
-                chart.draw(&STILL, &[], &through);
+                chart.draw(&STILL, &[], &through, 0);
                 field.follow(&mut chart);
             }
             let all = shown(&chart);
@@ -422,6 +436,18 @@ mod tests {
             let slope = field.slope(0, 0.537 + dx, -0.281 + dy);
             let numeric = (at(1e-3) - at(-1e-3)) / 2e-3;
             assert!((numeric - (slope.along.0 * dx + slope.along.1 * dy)).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn a_point_that_is_shown_alone_is_as_one_that_was_drawn() {
+        let (mut chart, mut field) = (Chart::new(0.1, 1, Rules::OF_PLANAR), Field::new(0.1, 1.0, 1));
+        let (at, mut shown) = (Vector2::new(-3.537, 0.281), Field::new(0.1, 1.0, 1));
+        drawn(&mut chart, &mut field, &[at]);
+        shown.show(Feature { at, after_s: 0.0, layer: 0 });
+        for n in 0..100 {
+            let (x, y) = (at.x + 0.013 * f64::from(n % 10), at.y - 0.017 * f64::from(n / 10));
+            assert_eq!(field.slope(0, x, y), shown.slope(0, x, y));
         }
     }
 }

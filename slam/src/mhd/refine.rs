@@ -156,6 +156,12 @@ impl Refine {
         Match { motion: *motion, cost_m, half_m, information: Matrix6::zeros(), square_m2: 0.0 }
     }
 
+    /// Share of the points of the last run that lie nearer to the map than this, meters.
+    pub(crate) fn share_within(&self, distance_m: f64) -> f64 {
+        let near = self.residuals.iter().filter(|one| one.distance_m < distance_m).count();
+        near as f64 / self.residuals.len().max(1) as f64
+    }
+
     /// Adds what the points say of the motion to the match that was weighed last.
     fn inform(&self, best: &mut Match) {
         let (mut square_m2, mut count) = (0.0, 0.0);
@@ -261,7 +267,7 @@ mod tests {
             features.push(Feature { at: at.coords, after_s, layer: 0 });
             places.push(Feature { at: place, after_s: 0.0, layer: 0 });
         }
-        chart.draw(&motion(0.0, [0.0; 3], [0.0; 3]), &places, &[]);
+        chart.draw(&motion(0.0, [0.0; 3], [0.0; 3]), &places, &[], 0);
         field.follow(&mut chart);
         (features, field)
     }

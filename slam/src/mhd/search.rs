@@ -268,7 +268,7 @@ mod tests {
         for trial in 0..4 {
             let features = features(trial);
             let (mut chart, mut field) = (Chart::new(0.1, 2, Rules::OF_RINGS), Field::new(0.1, 1.0, 2));
-            chart.draw(&motion(0.2, -0.1, 0.1), &features, &[]);
+            chart.draw(&motion(0.2, -0.1, 0.1), &features, &[], 0);
             field.follow(&mut chart);
             let start = motion(0.0, 0.0, 0.0);
             let mut search = Search::default();
@@ -301,7 +301,7 @@ mod tests {
         for trial in 0..4 {
             let features = features(trial);
             let (mut chart, mut field) = (Chart::new(0.1, 2, Rules::OF_RINGS), Field::new(0.1, 1.0, 2));
-            chart.draw(&motion(0.7, -1.1, 2.1), &features, &[]);
+            chart.draw(&motion(0.7, -1.1, 2.1), &features, &[], 0);
             field.follow(&mut chart);
             let start = motion(0.0, 0.0, 0.0);
             let wide = Lattice { reach_m: 1.4, reach_rad: PI, step_m: 0.2, step_rad: 0.1, prior_m: 0.0 };
