@@ -1,5 +1,6 @@
 //! The gait seam: what moves a trunk, whether by kinematics (the trot here) or by torques in a physics engine.
 
+mod carry;
 mod legs;
 mod oscillator;
 mod planar;
@@ -12,11 +13,12 @@ mod suspension;
 mod trot;
 mod walk;
 
+pub use carry::Carry;
 pub use settings::{GaitMode, TrotSettings};
 pub use trot::KinematicTrot;
 pub use walk::{Body, BodyError, Motor, Sensed, WalkSettings, Walker};
 
-use arborloop_base::{Pose, Span, Twist};
+use arborloop_base::{Pose, Pose2, Span, Twist};
 use nalgebra::{Point3, Vector3};
 
 /// The ground under a robot, world frame.
@@ -104,6 +106,10 @@ impl std::fmt::Display for FallCause {
 pub trait TrunkMotion: Send {
     /// Moves on by exactly one tick.
     fn advance(&mut self, command: &Command, ground: &dyn Ground) -> &TrunkState;
+
+    /// Puts the body down elsewhere as it is, at the instant of its last tick: `by` forward and to the left of the base, and turned. Its
+    /// joints, and its velocity as it sees it, stay what they are; [`TrunkMotion::state`] tells of the new place.
+    fn carry(&mut self, by: &Pose2, ground: &dyn Ground);
 
     /// The state after the last tick.
     fn state(&self) -> &TrunkState;

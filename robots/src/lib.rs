@@ -14,7 +14,7 @@ pub use description::{Form, Joint, JointKind, JointLimits, Link, Robot, RobotErr
 pub use follow::{Follower, FollowerSettings, Progress, Route};
 pub use gait::strides;
 pub use gait::{
-    Body, BodyError, Command, Fall, FallCause, GaitMode, Ground, KinematicTrot, Loads, Motor, Sensed,
+    Body, BodyError, Carry, Command, Fall, FallCause, GaitMode, Ground, KinematicTrot, Loads, Motor, Sensed,
     TrotSettings, TrunkMotion, TrunkState, WalkSettings, Walker,
 };
 pub use go1::{BodyShape, go1};

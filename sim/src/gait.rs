@@ -67,6 +67,25 @@ impl Gait {
         }
     }
 
+    /// Puts the robot down elsewhere as it is; what a body that something else moves touches there. What physics finds there
+    /// is known a tick later.
+    pub(crate) fn carry(&mut self, by: &Pose2, terrain: &Terrain) -> Vec<Contact> {
+        match self {
+            Gait::Kinematic { motion, touch } => {
+                motion.carry(by, &Soil(terrain));
+                touch.step(motion.state())
+            }
+            Gait::Physics(gait) => {
+                gait.carry(by, &Soil(terrain));
+                Vec::new()
+            }
+            Gait::Wheels(gait) => {
+                gait.carry(by, &Soil(terrain));
+                Vec::new()
+            }
+        }
+    }
+
     pub(crate) fn state(&self) -> &TrunkState {
         match self {
             Gait::Kinematic { motion, .. } => motion.state(),

@@ -7,6 +7,7 @@
 mod axes;
 pub mod document;
 mod gait;
+pub mod kidnap;
 pub mod optics;
 mod physics;
 mod run;

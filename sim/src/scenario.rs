@@ -1,6 +1,7 @@
 //! A scenario says what exists: terrain, planting, robot, mounts, sensors, route. It never names a system.
 
 use crate::document::{Document, Refusal, suggest};
+use crate::kidnap::KidnapSpec;
 use crate::sensor::{FaultSpec, GnssSpec, ImuSpec, LidarSpec, OdometrySpec, WeatherSpec, wire_under};
 use arborloop_base::{Pose2, Span, Wire, pose2};
 use arborloop_robots::{FollowerSettings, Route, TrotSettings, WheelSettings};
@@ -76,6 +77,9 @@ pub struct Scenario {
     /// What goes wrong with the lidar, and when.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fault: Vec<FaultSpec>,
+    /// When the robot is carried off, and where to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub kidnap: Vec<KidnapSpec>,
 }
 
 /// Clock, beginning and end of a run.
@@ -238,6 +242,7 @@ impl Scenario {
         self.weather.check()?;
         let (rings, turn_s) = (self.lidar.model.beams.elevation_deg.len() as u16, 1.0 / self.lidar.rate_hz);
         self.fault.iter().enumerate().try_for_each(|(number, fault)| fault.check(number, rings, turn_s))?;
+        self.kidnap.iter().enumerate().try_for_each(|(number, kidnap)| kidnap.check(number))?;
         self.imu.iter().try_for_each(|imu| imu.check(tick))?;
         self.gnss.iter().try_for_each(|gnss| gnss.check(tick))?;
         self.odometry.iter().try_for_each(|odometry| odometry.check(tick))
@@ -302,6 +307,8 @@ mod tests {
             ("schema=2", "schema"),
             ("name=\"a/b\"", "name"),
             ("follower.speed_mps=-1.0", "speed_mps"),
+            ("kidnap=[{at_s=-1.0, by_m=[1.0, 0.0]}]", "at_s"),
+            ("kidnap=[{at_s=5.0, turned_deg=1000.0}]", "turned_deg"),
         ] {
             let refusal = refusal(change);
             let (line, _) =

@@ -4,7 +4,9 @@ use crate::gait::{Gait, wheeled};
 use crate::optics::Optics;
 use crate::scenario::Scenario;
 use crate::sensor::{FiringStory, Gnss, InertialSensor, LegOdometry, Lidar, Motion, Surroundings};
-use arborloop_base::{Contact, Label, Observation, Pose, Seed, Span, Time, Truth, Twist, planar, spatial};
+use arborloop_base::{
+    Contact, Label, Observation, Pose, Pose2, Seed, Span, Time, Truth, Twist, planar, spatial,
+};
 use arborloop_robots::{Command, Fall, Follower, Robot, SensorFrame, TrunkState, go1};
 use arborloop_worlds::World;
 use nalgebra::Translation3;
@@ -295,8 +297,8 @@ impl Simulator {
         }
         let standing = now < Time::SIMULATION_START + Span::from_seconds(self.scenario.run.stand_s);
         let obeyed = if standing { Command::default() } else { command };
-        let contacts = self.gait.advance(&obeyed, &self.world.terrain);
-        let state = self.gait.state().clone();
+        let mut contacts = self.gait.advance(&obeyed, &self.world.terrain);
+        let mut state = self.gait.state().clone();
         self.motion.push_body(state.world_from_base, state.joint_angles_rad);
         if let Some(odometry) = self.odometry.as_mut() {
             odometry.feel(&state);
@@ -304,7 +306,30 @@ impl Simulator {
         if let Some(imu) = self.imu.as_mut() {
             imu.feel(self.scenario.tick(), &state.world_from_base, &state.linear_mps, &state.angular_radps);
         }
+        for number in 0..self.scenario.kidnap.len() {
+            let kidnap = self.scenario.kidnap[number];
+            if last <= kidnap.at() && kidnap.at() < now {
+                contacts = self.carry_off(&kidnap.by());
+                state = self.gait.state().clone();
+            }
+        }
         Tick { now, command, state, contacts, fall: self.gait.fall(), observations: Vec::new() }
+    }
+
+    /// Lifts the robot and puts it down elsewhere at the instant of its last tick; what it touches there.
+    fn carry_off(&mut self, by: &Pose2) -> Vec<Contact> {
+        let before = self.gait.state().world_from_base;
+        let contacts = self.gait.carry(by, &self.world.terrain);
+        let world_from_base = self.gait.state().world_from_base;
+        let moved = world_from_base * before.inverse();
+        self.motion.jump(world_from_base);
+        if let Some(odometry) = self.odometry.as_mut() {
+            odometry.carry(&moved);
+        }
+        if let Some(imu) = self.imu.as_mut() {
+            imu.carry(&moved);
+        }
+        contacts
     }
 
     /// What the sensors complete in a tick, the lidar left out.

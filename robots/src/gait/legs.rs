@@ -3,6 +3,7 @@
 use super::planar::Planar;
 use super::{Ground, TrotSettings};
 use crate::go1::{FOOT_RADIUS_M, FOOT_Y_M, HIP_X_M};
+use arborloop_base::Pose2;
 use nalgebra::{Point2, Point3};
 
 /// Phase by which each leg (FR, FL, RR, RL) is ahead: diagonals together (unitree_guide).
@@ -62,6 +63,20 @@ impl Legs {
             }
             touched_down
         })
+    }
+
+    /// Puts the feet down elsewhere: each stands, or swings, as high over the ground as it did.
+    pub(crate) fn carry(&mut self, moved: &Pose2, ground: &dyn Ground) {
+        let carried = |foot: &Point3<f64>| {
+            let place = moved * foot.xy();
+            Point3::new(
+                place.x,
+                place.y,
+                foot.z + ground.height_m(place.x, place.y) - ground.height_m(foot.x, foot.y),
+            )
+        };
+        self.feet = self.feet.each_ref().map(carried);
+        self.footholds = self.footholds.each_ref().map(carried);
     }
 
     /// A foot on its way: minimum jerk along the ground, a smooth arc above it.

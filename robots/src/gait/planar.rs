@@ -2,7 +2,7 @@
 
 use super::{Command, TrotSettings};
 use arborloop_base::{Pose2, Stream, pose2};
-use nalgebra::Vector2;
+use nalgebra::{Point2, Vector2};
 
 /// The body's path over the ground, without the gait's own sway and yaw.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +85,12 @@ impl Planar {
         let moved = 0.5 * (speed_before + self.speed_mps) * tick_s;
         self.place += rotated(moved, self.yaw_rad + 0.5 * turned);
         self.yaw_rad += turned;
+    }
+
+    /// Goes on from another place and heading, as fast as before.
+    pub(crate) fn carry(&mut self, moved: &Pose2) {
+        self.place = (moved * Point2::from(self.place)).coords;
+        self.yaw_rad += moved.rotation.angle();
     }
 
     /// Velocity over the ground, world frame, m/s.

@@ -3,7 +3,7 @@
 use super::TrotSettings;
 use super::legs::Legs;
 use super::oscillator::Oscillator;
-use super::planar::Planar;
+use super::planar::{Planar, rotated};
 use crate::go1::FOOT_RADIUS_M;
 use nalgebra::{Matrix2, Vector2};
 
@@ -49,6 +49,26 @@ impl Suspension {
         self.roll.advance(roll_rad);
         self.pitch.advance(pitch_rad);
     }
+
+    /// Puts the trunk over feet that were carried off, as it was over the ones `before`; `planar` is where it is now.
+    pub(crate) fn carry(
+        &mut self,
+        before: &Legs,
+        place: Vector2<f64>,
+        legs: &Legs,
+        planar: &Planar,
+        turn_rad: f64,
+    ) {
+        let (height_m, slope) = plane(before, place);
+        let (new_height_m, new_slope) = plane(legs, planar.place);
+        let (roll_rad, pitch_rad) = tilt(self.plane_slope, planar.yaw_rad - turn_rad);
+        self.plane_slope = rotated(self.plane_slope - slope, turn_rad) + new_slope;
+        let (new_roll_rad, new_pitch_rad) = tilt(self.plane_slope, planar.yaw_rad);
+        self.plane_height_m += new_height_m - height_m;
+        self.height.x += new_height_m - height_m;
+        self.roll.x += new_roll_rad - roll_rad;
+        self.pitch.x += new_pitch_rad - pitch_rad;
+    }
 }
 
 /// Least-squares plane through the footholds' ground: its height at a place and its slope, world frame.
@@ -67,7 +87,7 @@ fn plane(legs: &Legs, place: Vector2<f64>) -> (f64, Vector2<f64>) {
 }
 
 /// Roll and pitch of a trunk parallel to a plane, radians.
-fn tilt(slope: Vector2<f64>, yaw_rad: f64) -> (f64, f64) {
+pub(crate) fn tilt(slope: Vector2<f64>, yaw_rad: f64) -> (f64, f64) {
     let (sin, cos) = yaw_rad.sin_cos();
     let ahead = cos * slope.x + sin * slope.y;
     let left = cos * slope.y - sin * slope.x;

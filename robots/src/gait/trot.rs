@@ -9,7 +9,7 @@ use super::shaker::{Beat, Shaker};
 use super::suspension::Suspension;
 use super::{Command, Ground, TrotSettings, TrunkMotion, TrunkState};
 use crate::go1;
-use arborloop_base::{Pose, Pose2, Seed, Span, Stream};
+use arborloop_base::{Pose, Pose2, Seed, Span, Stream, planar};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector2, Vector3};
 
 /// Commands below this stand still: m/s and rad/s.
@@ -163,6 +163,16 @@ impl TrunkMotion for KinematicTrot {
         self.shake.advance(&beat, &self.planar, &feet, &self.legs.footholds, &self.settings);
         self.compose();
         &self.state
+    }
+
+    fn carry(&mut self, by: &Pose2, ground: &dyn Ground) {
+        let base = planar(&self.state.world_from_base);
+        let moved = base * by * base.inverse();
+        let (legs, place) = (self.legs.clone(), self.planar.place);
+        self.planar.carry(&moved);
+        self.legs.carry(&moved, ground);
+        self.suspension.carry(&legs, place, &self.legs, &self.planar, moved.rotation.angle());
+        self.compose();
     }
 
     fn state(&self) -> &TrunkState {

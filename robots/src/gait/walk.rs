@@ -19,13 +19,13 @@ pub use error::BodyError;
 pub use settings::WalkSettings;
 
 use super::planar::NOMINAL_MPS;
-use super::{Command, TrotSettings};
+use super::{Carry, Command, TrotSettings};
 use crate::go1::{FOOT_Y_M, HIP_X_M};
 use arborloop_base::{Pose, wrap_angle, yaw_of};
 use forces::{Distribution, Footing};
 use leg::LegState;
 use nalgebra::{Point3, Vector2, Vector3, Vector6};
-use plane::FootPlane;
+pub(crate) use plane::FootPlane;
 use stepping::{Cue, Stepping};
 use wrench::{GRAVITY_MPS2, heading, wanted_wrench};
 
@@ -135,6 +135,19 @@ impl Walker {
     /// Stride phase in [0, 1).
     pub fn phase(&self) -> f64 {
         self.phase
+    }
+
+    /// Moves what it remembers of the ground along with a body that is carried off: what it then feels is the tilt.
+    pub fn carry(&mut self, carry: &Carry) {
+        let moved = carry.world_from_world();
+        let place = self.wanted.place;
+        let wanted = moved * Point3::new(place.x, place.y, self.plane.height_m(place));
+        self.wanted.place = wanted.coords.xy();
+        self.wanted.yaw_rad += carry.turned_rad();
+        let upright = self.plane.upright();
+        self.plane.carry(&moved);
+        self.distribution.turn(&(self.plane.upright() * moved.rotation * upright.inverse()));
+        self.legs.iter_mut().for_each(|leg| leg.carry(&moved));
     }
 
     /// One tick: the torques of the joints, N m, leg by leg. Commands that are not finite stand still.

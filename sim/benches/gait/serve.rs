@@ -8,7 +8,7 @@
 
 use super::walked::{Guide, Measured, TICK_S, Walk, ground, walk, walk_on};
 use super::{ahead, sensed};
-use arborloop_base::{Pose, Seed, Span, pose2};
+use arborloop_base::{Pose, Pose2, Seed, Span, pose2};
 use arborloop_robots::{
     Body, Command, Fall, FallCause, Ground, Loads, TrotSettings, TrunkMotion, TrunkState, Walker, go1,
 };
@@ -109,6 +109,10 @@ impl TrunkMotion for Foreign {
             self.fall = Some(Fall { after, cause: FallCause::Tipped });
         }
         &self.state
+    }
+
+    fn carry(&mut self, _by: &Pose2, _ground: &dyn Ground) {
+        unimplemented!("the other side has no word for being carried off")
     }
 
     fn state(&self) -> &TrunkState {

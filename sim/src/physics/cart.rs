@@ -4,7 +4,7 @@
 //! ours: tires that give, and treads that hold before they slide.
 
 use super::engine::{
-    GRAVITY_MPS2, GROUND, ROBOT, SOLIDS, body_of, engine, groups, hinge, place_world, touching,
+    GRAVITY_MPS2, GROUND, ROBOT, SOLIDS, body_of, carry, engine, groups, hinge, place_world, touching,
 };
 use super::tire::{Footing, Hub, Tire, rolling_radius_m};
 use super::tread::{Grip, Tread};
@@ -205,6 +205,14 @@ impl Cart {
             let turn = root.rotation().normalize();
             root.set_rotation(turn, false);
         }
+    }
+
+    /// Puts the whole body down elsewhere as it is, its tires' treads as strained as they were.
+    pub(crate) fn carry(&mut self, moved: &Pose) {
+        let Some(first) = self.rolls.first() else { return };
+        let bodies: Vec<_> = self.rolls.iter().chain(&self.steers).map(|hinge| hinge.child).collect();
+        carry(&mut self.engine, self.root, first.handle, &bodies, moved);
+        self.grips.iter_mut().for_each(|grip| grip.turn(&moved.rotation));
     }
 
     /// Applies what the ground pulls at the wheels.

@@ -1,14 +1,15 @@
 //! What every body in rapier shares: the engine's settings, the world as colliders, hinges, forces, contacts.
 
 use super::{outline, soil, tag, untag};
-use crate::axes::{point_to_engine, to_engine, vector_from_engine, vector_to_engine};
+use crate::axes::{from_engine, point_to_engine, to_engine, vector_from_engine, vector_to_engine};
 use arborloop_base::{Contact, Pose};
 use arborloop_robots::{Joint, Lump};
 use arborloop_worlds::World;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rapier3d_f64::prelude::{
     ColliderBuilder, ColliderHandle, FrictionModel, GenericJoint, GenericJointBuilder, Group,
-    InteractionGroups, JointAxesMask, JointAxis, MassProperties, Matrix, PhysicsWorld, RigidBodyBuilder,
+    InteractionGroups, JointAxesMask, JointAxis, MassProperties, Matrix, MultibodyJointHandle, PhysicsWorld,
+    RigidBodyBuilder, RigidBodyHandle,
 };
 use std::collections::BTreeSet;
 
@@ -86,6 +87,37 @@ pub(super) fn hinge(joint: &Joint, parent_from_body: &Pose, limited: bool) -> Ge
         built = built.limits(JointAxis::AngX, [limits.low, limits.high]);
     }
     built.build()
+}
+
+/// Puts a multibody down elsewhere as it is: `bodies` are those that hang on the root with their joints, velocities turn
+/// with them.
+pub(super) fn carry(
+    engine: &mut PhysicsWorld,
+    root: RigidBodyHandle,
+    joint: MultibodyJointHandle,
+    bodies: &[RigidBodyHandle],
+    moved: &Pose,
+) {
+    let turned = |vector: Vector3<f64>| vector_to_engine(&(moved.rotation * vector));
+    for handle in bodies.iter().chain([&root]) {
+        let Some(body) = engine.bodies.get_mut(*handle) else { continue };
+        let (linear, angular) = (vector_from_engine(&body.linvel()), vector_from_engine(&body.angvel()));
+        body.set_linvel(turned(linear), false);
+        body.set_angvel(turned(angular), false);
+    }
+    if let Some(root) = engine.bodies.get_mut(root) {
+        let pose = moved * from_engine(root.position());
+        root.set_position(to_engine(&pose), false);
+    }
+    let Some((body, _)) = engine.multibody_joints.get_mut(joint) else { return };
+    // The free root's coordinates come first: three of its velocity, three of its turn rate, world axes.
+    let mut speeds = body.generalized_velocity_mut();
+    for first in [0, 3] {
+        let vector = moved.rotation * Vector3::from_fn(|axis, _| speeds[first + axis]);
+        (0..3).for_each(|axis| speeds[first + axis] = vector[axis]);
+    }
+    body.forward_kinematics(&engine.bodies, true);
+    body.update_rigid_bodies(&mut engine.bodies, true);
 }
 
 /// Mean force of everything on a collider over the last tick, world axes, N.

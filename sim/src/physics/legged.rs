@@ -3,7 +3,8 @@
 use super::plant::{Plant, PlantSpec, PlantState};
 use arborloop_base::{Contact, Draws, Pose, Pose2, Seed, Span, Stream};
 use arborloop_robots::{
-    Body, Command, Fall, FallCause, Ground, Loads, Sensed, TrotSettings, TrunkMotion, TrunkState, Walker, go1,
+    Body, Carry, Command, Fall, FallCause, Ground, Loads, Sensed, TrotSettings, TrunkMotion, TrunkState,
+    Walker, go1,
 };
 use arborloop_worlds::{Terrain, World};
 use nalgebra::{Point2, Point3, Rotation3, UnitQuaternion, Vector3};
@@ -165,6 +166,16 @@ impl TrunkMotion for PhysicsGait {
         let contact_n = self.settings.physics.contact_n;
         self.state = told(&now, self.walker.phase(), self.torques_nm, contact_n);
         &self.state
+    }
+
+    fn carry(&mut self, by: &Pose2, ground: &dyn Ground) {
+        if self.fall.is_some() {
+            return;
+        }
+        let carry = Carry::of(&self.state, by, ground);
+        self.plant.carry(&carry.world_from_world());
+        self.walker.carry(&carry);
+        self.state = self.state.carried(&carry);
     }
 
     fn state(&self) -> &TrunkState {

@@ -4,7 +4,9 @@
 //! trunk's center of mass: the engine takes the root's velocity for that of its center, and integrates its origin.
 
 use super::FEET;
-use super::engine::{GROUND, ROBOT, SOLIDS, body_of, engine, force_on, groups, hinge, place_world, touching};
+use super::engine::{
+    GROUND, ROBOT, SOLIDS, body_of, carry, engine, force_on, groups, hinge, place_world, touching,
+};
 use crate::axes::{from_engine, to_engine, vector_from_engine, vector_to_engine};
 use arborloop_base::{Contact, Pose};
 use arborloop_robots::{JointKind, Lump, Robot, go1};
@@ -234,6 +236,13 @@ impl Plant {
             let turn = root.rotation().normalize();
             root.set_rotation(turn, false);
         }
+    }
+
+    /// Puts the whole body down elsewhere as it is.
+    pub(crate) fn carry(&mut self, moved: &Pose) {
+        let Some(first) = self.joints.first() else { return };
+        let bodies: Vec<_> = self.joints.iter().map(|joint| joint.child).collect();
+        carry(&mut self.engine, self.root, first.handle, &bodies, moved);
     }
 
     /// Gives the whole body a velocity, world axes, m/s.

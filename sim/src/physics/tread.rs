@@ -5,7 +5,7 @@
 //! on either side of it, and a wheel that spins easily then slides as if on ice along its way. Skid steering lives of that
 //! direction.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// What a tread is made of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,6 +23,11 @@ pub(crate) struct Tread {
 pub(crate) struct Grip(Vector3<f64>);
 
 impl Grip {
+    /// The same tread on a wheel that points elsewhere.
+    pub(crate) fn turn(&mut self, turn: &UnitQuaternion<f64>) {
+        self.0 = turn * self.0;
+    }
+
     /// The ground's force on the tread along the ground, N, one tick on: under a load, square to a unit normal, at a
     /// velocity of the tread over the ground.
     pub(crate) fn pull(

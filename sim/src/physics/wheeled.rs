@@ -5,7 +5,7 @@ use super::tire::rolling_radius_m;
 use arborloop_base::{Contact, Pose, Pose2, Seed, Span};
 use arborloop_robots::wheels::{Drive, Servo, twist_of_wheels};
 use arborloop_robots::{
-    Command, Fall, FallCause, Ground, Loads, TrunkMotion, TrunkState, WheelSettings, Wheeled,
+    Carry, Command, Fall, FallCause, Ground, Loads, TrunkMotion, TrunkState, WheelSettings, Wheeled,
 };
 use arborloop_worlds::{Terrain, World};
 use nalgebra::{Point3, Rotation3, UnitQuaternion, Vector3};
@@ -172,6 +172,15 @@ impl TrunkMotion for WheeledGait {
     fn advance(&mut self, command: &Command, _ground: &dyn Ground) -> &TrunkState {
         self.step(command);
         &self.state
+    }
+
+    fn carry(&mut self, by: &Pose2, ground: &dyn Ground) {
+        if self.fall.is_some() {
+            return;
+        }
+        let carry = Carry::of(&self.state, by, ground);
+        self.cart.carry(&carry.world_from_world());
+        self.state = self.state.carried(&carry);
     }
 
     fn state(&self) -> &TrunkState {

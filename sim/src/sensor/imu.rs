@@ -114,6 +114,18 @@ impl InertialSensor {
         filtered.rate_radps = filtered.rate.pass(*angular_radps);
     }
 
+    /// The body is carried off in an instant: no force and no turn of it is felt.
+    pub(crate) fn carry(&mut self, moved: &Pose) {
+        if let Some(last) = self.last.as_mut() {
+            last.world_from_imu = moved * last.world_from_imu;
+            last.velocity_mps = moved.rotation * last.velocity_mps;
+        }
+        if let Some(filtered) = self.filtered.as_mut() {
+            filtered.velocity.turn(&moved.rotation);
+            filtered.velocity_mps = moved.rotation * filtered.velocity_mps;
+        }
+    }
+
     /// A sample at a multiple of the period; `linear_mps` in the world, `angular_radps` in the base.
     pub(crate) fn sample(
         &mut self,

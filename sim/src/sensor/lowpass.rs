@@ -1,6 +1,6 @@
 //! A sensor's bandwidth: a low-pass of second order without overshoot in its passband (Butterworth).
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{PI, SQRT_2};
 
 /// Low-pass on a vector that is sampled evenly, by the bilinear transform with its corner in place.
@@ -22,6 +22,11 @@ impl LowPass {
         let forward = [k * k * scale, 2.0 * k * k * scale, k * k * scale];
         let back = [2.0 * (1.0 - k * k) * scale, -(1.0 - SQRT_2 * k + k * k) * scale];
         LowPass { forward, back, inputs: [value; 2], outputs: [value; 2] }
+    }
+
+    /// Turns what it remembers.
+    pub(crate) fn turn(&mut self, turn: &UnitQuaternion<f64>) {
+        self.inputs.iter_mut().chain(&mut self.outputs).for_each(|value| *value = turn * *value);
     }
 
     /// The next sample in, the next filtered one out.

@@ -59,6 +59,13 @@ impl Motion {
         }
     }
 
+    /// Another pose at the last tick: the body is carried off at that instant, and beams that leave before know nothing of it.
+    pub(crate) fn jump(&mut self, pose: Pose) {
+        if let Some(last) = self.poses.back_mut() {
+            *last = pose;
+        }
+    }
+
     /// A pose of a body without legs.
     #[cfg(test)]
     pub(crate) fn push(&mut self, pose: Pose) {
@@ -210,6 +217,24 @@ mod tests {
         assert_eq!(x(99_000_000), 99.0);
         assert_eq!(x(200_000_000), 99.0);
         assert_eq!(x(0), 88.0);
+    }
+
+    #[test]
+    fn a_body_carried_off_is_where_it_was_until_that_instant_and_then_elsewhere() {
+        let tick = Span::from_millis(1);
+        let at = |x: f64| Pose::translation(x, 0.0, 0.0);
+        let mut motion = Motion::new(Time::from_nanos(0), at(0.0), tick, Span::from_millis(10));
+        motion.push(at(1.0));
+        motion.jump(at(100.0));
+        motion.push(at(101.0));
+        for (nanos, wanted) in [(250_000, 0.25), (999_999, 0.999999), (1_000_000, 100.0), (1_500_000, 100.5)]
+        {
+            let stamp = Time::from_nanos(nanos);
+            let (moment, share) = motion.moment(stamp);
+            assert!((moment.pose(share).translation.x - wanted).abs() < 1e-9, "{nanos}");
+            let point = motion.stretch(stamp).at(stamp).point(&Point3::origin());
+            assert!((point.x - wanted).abs() < 1e-9, "{nanos}");
+        }
     }
 
     #[test]

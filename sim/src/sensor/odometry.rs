@@ -120,6 +120,11 @@ impl LegOdometry {
         legs.ticks += 1.0;
     }
 
+    /// The body is carried off: neither legs nor wheels see it.
+    pub(crate) fn carry(&mut self, moved: &Pose) {
+        self.last = self.last.map(|last| moved * last);
+    }
+
     pub(crate) fn sample(&mut self, stamp: Time, world_from_base: &Pose) -> Option<Odometry> {
         let before = self.last.replace(*world_from_base)?;
         let motion = before.inverse() * world_from_base;

@@ -4,7 +4,7 @@
 //! solved by a fixed number of steps of the alternating direction method of multipliers (Boyd et al. 2011): always the
 //! same work, always the same answer.
 
-use nalgebra::{Cholesky, Matrix3, SMatrix, SVector, Vector3, Vector6};
+use nalgebra::{Cholesky, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector6};
 
 type Forces = SVector<f64, 12>;
 
@@ -41,6 +41,16 @@ pub(crate) struct Distribution {
 impl Distribution {
     pub(crate) fn new(friction: f64) -> Self {
         Distribution { friction, last: Forces::zeros(), multiplier: Forces::zeros() }
+    }
+
+    /// Turns the axes in which the last answer is remembered.
+    pub(crate) fn turn(&mut self, turn: &UnitQuaternion<f64>) {
+        for forces in [&mut self.last, &mut self.multiplier] {
+            for foot in 0..4 {
+                let turned = turn * forces.fixed_rows::<3>(3 * foot).into_owned();
+                forces.fixed_rows_mut::<3>(3 * foot).copy_from(&turned);
+            }
+        }
     }
 
     /// Forces of the ground on the feet, world axes, N, that together come nearest to a wrench about the center of mass.

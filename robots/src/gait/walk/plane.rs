@@ -1,5 +1,6 @@
 //! The ground as the feet know it: a plane through the four last footholds, low-passed.
 
+use arborloop_base::Pose;
 use nalgebra::{Matrix2, Point3, UnitQuaternion, Vector2, Vector3};
 
 /// Height and slope of the plane in which the feet's centers stand.
@@ -30,6 +31,14 @@ impl FootPlane {
         let carried_m = self.height_m(middle.xy());
         self.middle = Vector3::new(middle.x, middle.y, carried_m + (middle.z - carried_m) * share);
         self.roughness_m += (crosswise_m(feet) - self.roughness_m) * share / SLOWER;
+    }
+
+    /// The same plane elsewhere.
+    pub(crate) fn carry(&mut self, moved: &Pose) {
+        let normal = moved.rotation * Vector3::new(-self.slope.x, -self.slope.y, 1.0);
+        self.middle = (moved * Point3::from(self.middle)).coords;
+        // Ground is never put upright: the normal keeps a part along z.
+        self.slope = -normal.xy() / normal.z;
     }
 
     /// The turn that brings the plane's normal to z, the short way.

@@ -1,6 +1,7 @@
 //! What one leg is about: carrying, swinging to its next foothold, or being lowered until it meets the ground.
 
 use super::swing::{Aim, Swing};
+use arborloop_base::Pose;
 use nalgebra::{Point3, Vector3};
 
 /// How fast the lowering of a late foot grows, m/s2, and its most, m/s; assumed: a hole of 3 cm is found in 60 ms.
@@ -97,6 +98,15 @@ impl Stepping {
             Duty::Lowering { from, since_s } => Duty::Lowering { from, since_s: since_s + tick_s },
             swinging @ Duty::Swinging { .. } => swinging,
         };
+    }
+
+    /// Moves the places that it remembers.
+    pub(crate) fn carry(&mut self, moved: &Pose) {
+        self.foothold = moved * self.foothold;
+        match &mut self.duty {
+            Duty::Carrying { .. } => {}
+            Duty::Swinging { from, .. } | Duty::Lowering { from, .. } => *from = moved * *from,
+        }
     }
 
     /// Where the foot is to be; `to` is its next foothold. `None` while it carries.
