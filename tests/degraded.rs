@@ -1,7 +1,7 @@
 //! Little to see, or nothing: a run still ends with a verdict, and a system that is blind says so.
 
 use crate::check::{Run, check};
-use arborloop_base::Health;
+use arborloop_base::{Health, Pose, Time};
 use arborloop_sim::{Driver, End};
 
 /// What holds whatever a system sees: a verdict, one finite answer for each sweep, stamps of the sweeps' ends.
@@ -84,5 +84,33 @@ fn blind_for_half_a_second_or_three_mhd_says_so_finds_itself_again_and_is_honest
         // Errors about as large as said, in either direction, and none far beyond.
         assert!((0.02..2.0).contains(&consistency.anees), "{consistency:?}");
         assert_eq!(consistency.confidently_wrong, 0, "{consistency:?}");
+    }
+}
+
+#[test]
+fn carried_off_by_a_meter_mhd_is_there_at_once_and_honest_about_its_errors() {
+    for (by_m, turned_deg) in [([1.0, 0.0], 0.0), ([0.0, 1.0], 0.0), ([-0.6, 0.8], 120.0)] {
+        let carried = format!("kidnap=[{{at_s=12.0, by_m={by_m:?}, turned_deg={turned_deg:?}}}]");
+        let run = check(&["gait.mode='strides'", &carried], &["mhd"], Driver::Truth);
+        is_sound(&run);
+        assert_eq!(run.outcome.end, End::Finished, "{carried}");
+        let poses = run.truth.poses();
+        let jump_m =
+            |pair: &[(Time, Pose)]| (pair[1].1.translation.vector - pair[0].1.translation.vector).xy().norm();
+        // A sweep's walk is some centimeters, one way or the other.
+        let jumps: Vec<f64> = poses.windows(2).map(jump_m).filter(|jump_m| *jump_m > 0.5).collect();
+        assert!(jumps.len() == 1 && (jumps[0] - 1.0).abs() < 0.1, "{carried}: {jumps:?}");
+        let score = run.score("mhd");
+        let consistency = score.consistency.unwrap();
+        println!(
+            "{carried}: position {:.4} m, at the most {:.4} m, loop {:.4} m, {consistency:?}",
+            score.position_mean_m, score.position_max_m, score.loop_m
+        );
+        // Between two sweeps: no sweep is drawn, or answered, from two places.
+        assert!(score.position_max_m < 0.1 && score.loop_m < 0.06, "{carried}");
+        assert!((0.02..2.0).contains(&consistency.anees), "{carried}: {consistency:?}");
+        assert_eq!(consistency.confidently_wrong, 0, "{carried}");
+        let last = &run.estimates["mhd"][run.truth.len() - 10..];
+        assert!(last.iter().all(|estimate| estimate.health == Health::Tracking), "{carried}");
     }
 }

@@ -35,6 +35,14 @@ fn a_run_has_one_content_hash_on_any_number_of_threads_and_in_another_process() 
 }
 
 #[test]
+fn a_run_in_which_the_robot_is_carried_off_repeats_and_is_another_one() {
+    let kidnap = "kidnap=[{at_s=2.05, by_m=[0.5, 0.5], turned_deg=20.0}]";
+    let short = "run.duration_s_max=3.0";
+    assert_eq!(hash(1, &[short, kidnap]), hash(2, &[short, kidnap]));
+    assert_ne!(hash(2, &[short, kidnap]), hash(2, &[short]));
+}
+
+#[test]
 fn another_seed_is_another_run() {
     let short = "run.duration_s_max=1.0";
     assert_ne!(hash(2, &[short, "seed=2"]), hash(2, &[short, "seed=3"]));
