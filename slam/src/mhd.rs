@@ -1,7 +1,8 @@
 //! `mhd`: our lidar SLAM for orchards. One method for the sixteen rings of a walking robot and for planar recordings.
 //!
 //! Upright, compact things are seen from above in layers of height; an exhaustive k-best search finds the pose, and
-//! Gauss-Newton on a distance field finer than its cells refines it together with the velocity within the sweep.
+//! Gauss-Newton on a distance field finer than its cells refines it together with the velocity within the sweep. Where a long
+//! way meets its own places again, a pose graph says where they all are.
 
 mod bins;
 mod chart;
