@@ -17,14 +17,17 @@ use crate::session::Session;
 use crate::systems::Catalog;
 
 pub(crate) fn run(catalog: &Catalog, arguments: &Arguments) -> Result<(), Failure> {
-    if let Some(threads) = arguments.threads {
-        if threads == 0 {
-            return Err(Failure::Usage("found --threads 0, wanted at least 1".into()));
-        }
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build_global()
-            .map_err(|error| Failure::Internal(error.to_string()))?;
+    if arguments.threads == Some(0) {
+        return Err(Failure::Usage("found --threads 0, wanted at least 1".into()));
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.unwrap_or(0));
+    // This thread is one of them: to wake another one for it costs more than many a job. A lone thread is another one:
+    // a system that waits for a thread of its own must not wait for this one.
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let pool = if arguments.threads.unwrap_or(cores) > 1 { pool.use_current_thread() } else { pool };
+    // A program that has a pool already keeps it, unless it is told otherwise.
+    if let (Err(error), Some(_)) = (pool.build_global(), arguments.threads) {
+        return Err(Failure::Internal(error.to_string()));
     }
     match &arguments.verb {
         Verb::Run(verb) => run::run(catalog, arguments, verb),

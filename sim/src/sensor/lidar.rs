@@ -25,7 +25,7 @@ pub use weather::WeatherSpec;
 
 use crate::optics::Optics;
 use crate::sensor::Motion;
-use answer::Answer;
+use answer::{Answer, Given};
 use arborloop_base::os1::Os1;
 use arborloop_base::vlp16::ReturnMode;
 use arborloop_base::{Label, Pose, Return, Span, Stream, Sweep, Time, Wire};
@@ -240,14 +240,44 @@ impl Lidar {
         first
     }
 
-    fn borrow_scratch(&self) -> Scratch {
-        self.scratch.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
-    }
-
     /// One beam after the other: what sixteen firings of it need stays in the fastest memory. `put` gets the number of the
     /// cycle in the block, the beam and the answer.
-    #[inline(always)]
     fn fire_block(
+        &self,
+        cycles: Range<i64>,
+        around: Surroundings<'_>,
+        mut put: impl FnMut(usize, usize, Answer),
+    ) {
+        if self.is_lone() {
+            let only = |given: &Given| Answer { dropped: false, given: [Some(*given), None] };
+            self.fire_lone(cycles, around, |number, beam, given| put(number, beam, only(given)));
+        } else {
+            self.fire_several(cycles, around, put);
+        }
+    }
+
+    /// The same where every shot is lone: see [`Lidar::is_lone`].
+    #[inline(always)]
+    fn fire_lone(
+        &self,
+        cycles: Range<i64>,
+        around: Surroundings<'_>,
+        mut put: impl FnMut(usize, usize, &Given),
+    ) {
+        let mut scratch = self.borrow_scratch();
+        let mut caster = around.optics.caster();
+        self.turn_head(&cycles, &mut scratch);
+        for beam in 0..self.beams.len() {
+            self.cast_lone(&cycles, beam, around, &mut caster, &mut scratch);
+            for (number, shot) in scratch.shots.iter().enumerate() {
+                put(number, beam, &self.given_lone(shot, scratch.met(number)));
+            }
+        }
+        self.give_back(scratch);
+    }
+
+    /// The same where shots may meet several surfaces.
+    fn fire_several(
         &self,
         cycles: Range<i64>,
         around: Surroundings<'_>,
@@ -256,23 +286,20 @@ impl Lidar {
         let mut scratch = self.borrow_scratch();
         let mut caster = around.optics.caster();
         self.turn_head(&cycles, &mut scratch);
-        if self.is_lone() {
-            for beam in 0..self.beams.len() {
-                self.cast_lone(&cycles, beam, around, &mut caster, &mut scratch);
-                for number in 0..scratch.shots.len() {
-                    let given = self.given_lone(&scratch.shots[number], scratch.met(number));
-                    put(number, beam, Answer { dropped: false, given: [Some(given), None] });
-                }
-            }
-            self.scratch.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
-            return;
-        }
         for beam in 0..self.beams.len() {
             self.cast(&cycles, beam, around, &mut caster, &mut scratch);
             for number in 0..scratch.shots.len() {
                 put(number, beam, self.answer(number, &mut scratch));
             }
         }
+        self.give_back(scratch);
+    }
+
+    fn borrow_scratch(&self) -> Scratch {
+        self.scratch.lock().unwrap_or_else(PoisonError::into_inner).pop().unwrap_or_default()
+    }
+
+    fn give_back(&self, scratch: Scratch) {
         self.scratch.lock().unwrap_or_else(PoisonError::into_inner).push(scratch);
     }
 }

@@ -181,19 +181,25 @@ impl Lidar {
         let (sin_azimuth, cos_azimuth) = (sin * cos_lag - cos * sin_lag, cos * cos_lag + sin * sin_lag);
         let along = self.base_turned * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin);
         let world_from_base = stretch.at(stamp);
-        let mut ray = Ray {
+        let body =
+            if beam.near_body { self.body.cast(&exit, &along, around.motion.stance(stamp)) } else { None };
+        // Hardly a beam meets the body. A copy of a hit that is none would have to wait for it to be written.
+        let mut range_m_max = self.spec.range_m_max;
+        match body {
+            Some(hit) => {
+                range_m_max = hit.range_m.min(range_m_max);
+                scratch.bodies.push(Some(hit));
+            }
+            None => scratch.bodies.push(None),
+        }
+        scratch.rays.push(Ray {
             stamp,
             origin: world_from_base.point(&exit),
             direction: world_from_base.vector(&along),
             range_m_min: 0.0,
-            range_m_max: self.spec.range_m_max,
+            range_m_max,
             depth,
-        };
-        let body =
-            if beam.near_body { self.body.cast(&exit, &along, around.motion.stance(stamp)) } else { None };
-        ray.range_m_max = body.map_or(ray.range_m_max, |hit| hit.range_m.min(ray.range_m_max));
-        scratch.bodies.push(body);
-        scratch.rays.push(ray);
+        });
     }
 
     /// Where the beam leaves the sensor, lidar frame.

@@ -48,6 +48,19 @@ struct Block<'a> {
     labels: &'a mut [Label],
 }
 
+impl Block<'_> {
+    /// The return of a firing as the wire carries it, unless it is another turn's.
+    #[inline(always)]
+    fn say(&mut self, wire: &Turn, number: usize, laser: usize, given: &Given) {
+        let Some(number) = number.checked_sub(self.skipped) else { return };
+        let place = number * LASERS + laser;
+        if place < self.returns.len() && place < self.labels.len() {
+            self.returns[place] = wire.carry(self.begin + number, laser, given.along_m, given.intensity);
+            self.labels[place] = given.label;
+        }
+    }
+}
+
 impl Lidar {
     /// Whether a turn's returns can be made before the turn is complete: nothing spoils them later.
     pub(super) fn makes_directly(&self) -> bool {
@@ -95,16 +108,16 @@ impl Lidar {
             });
             at = own.end;
         }
-        all.into_par_iter().for_each(|Block { cycles, begin, skipped, returns, labels }| {
-            self.fire_block(cycles, around, |number, laser, answer| {
-                let Some(number) = number.checked_sub(skipped) else { return };
-                let place = number * LASERS + laser;
-                if place < returns.len() {
-                    let given = answer.given[0].unwrap_or(Given::MISS);
-                    returns[place] = wire.carry(begin + number, laser, given.along_m, given.intensity);
-                    labels[place] = given.label;
-                }
-            });
+        // One by one: a thread that has nothing else to do takes over the next block, not the rest of a half.
+        all.into_par_iter().with_max_len(1).for_each(|mut block| {
+            let cycles = block.cycles.clone();
+            if self.is_lone() {
+                self.fire_lone(cycles, around, |number, laser, given| block.say(wire, number, laser, given));
+            } else {
+                self.fire_several(cycles, around, |number, laser, answer| {
+                    block.say(wire, number, laser, &answer.given[0].unwrap_or(Given::MISS));
+                });
+            }
         });
         self.direct = direct;
     }
