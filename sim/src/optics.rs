@@ -7,6 +7,7 @@
 mod boxes;
 mod cells;
 mod exact;
+mod extent;
 mod grass;
 mod haze;
 mod lids;
@@ -17,12 +18,14 @@ mod turbid;
 
 use arborloop_base::{Class, Draws, Time};
 use arborloop_worlds::World;
+use extent::Extent;
 use grass::GROUP;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 use soil::Soil;
 use std::sync::{Mutex, PoisonError};
 pub use trace::{Found, InstructionSet};
+pub(crate) use trace::{Loops, spread};
 use trace::{Scene, Seen, Surface, Worker};
 use turbid::{Span, Turbid};
 
@@ -114,13 +117,9 @@ const BATCH: usize = 256;
 impl Optics {
     /// Sorts the world's surfaces for tracing.
     pub fn new(world: &World) -> Self {
-        Optics {
-            scene: Scene::new(world),
-            soil: Soil::new(&world.terrain),
-            turbid: Turbid::new(world),
-            world: world.clone(),
-            idle: Mutex::new(Vec::new()),
-        }
+        let others = || (Soil::new(&world.terrain), Turbid::new(world), world.clone());
+        let (scene, (soil, turbid, world)) = rayon::join(|| Scene::new(world), others);
+        Optics { scene, soil, turbid, world, idle: Mutex::new(Vec::new()) }
     }
 
     /// Casts with this instruction set from now on, or portably where the processor lacks it. Hits are the same bits
@@ -128,6 +127,11 @@ impl Optics {
     pub fn with_instruction_set(mut self, isa: InstructionSet) -> Self {
         self.scene.set_instruction_set(isa);
         self
+    }
+
+    /// The instruction set that beams are cast with.
+    pub(crate) fn instruction_set(&self) -> InstructionSet {
+        self.scene.instruction_set()
     }
 
     /// What each ray meets first, in the same order, on all threads of the current pool.
@@ -201,7 +205,8 @@ impl Optics {
         self.scene.trace(&self.world, rays, worker, found);
         let groups = rays.chunks(GROUP).zip(found.chunks(GROUP)).zip(hits.chunks_mut(GROUP));
         for ((rays, found), hits) in groups {
-            let above = self.soil.covers_none(rays);
+            let extent = Extent::of(rays);
+            let above = self.soil.covers_none(rays, &extent);
             for ((ray, found), hit) in rays.iter().zip(found).zip(hits.iter_mut()) {
                 *hit = if !above && self.soil.covers_start(ray) {
                     Some(self.inside_soil(ray))
@@ -216,7 +221,7 @@ impl Optics {
             for ((ray, hit), end_m) in rays.iter().zip(hits.iter()).zip(&mut ends_m) {
                 *end_m = hit.map_or(ray.range_m_max, |hit| hit.range_m);
             }
-            let begins = self.turbid.begins(rays, &ends_m);
+            let begins = self.turbid.begins(rays, &extent, &ends_m);
             if self.turbid.is_grass_alone() {
                 let isa = self.scene.instruction_set();
                 let stops = self.turbid.stops(rays, &begins, &ends_m, isa);

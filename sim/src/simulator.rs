@@ -52,7 +52,7 @@ impl Simulator {
     pub fn new(scenario: &Scenario, seed: Seed) -> Self {
         let tick = scenario.tick();
         let world = arborloop_worlds::build(&scenario.world, seed);
-        let gait = Gait::new(&world, scenario, seed);
+        let (gait, optics) = rayon::join(|| Gait::new(&world, scenario, seed), || Optics::new(&world));
         let state = gait.state().clone();
         let (robot, joint_names) = match wheeled(scenario.robot.model) {
             Some(wheeled) => (wheeled.robot.clone(), wheeled.joint_names()),
@@ -64,7 +64,7 @@ impl Simulator {
         let start = planar(&state.world_from_base);
         let start_height = state.world_from_base.translation.z;
         Simulator {
-            optics: Optics::new(&world),
+            optics,
             // A turn is looked back on as a whole, plus the firing cycle that begins before it.
             motion: Motion::new(
                 Time::SIMULATION_START,

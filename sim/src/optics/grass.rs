@@ -9,6 +9,7 @@ mod abreast;
 
 use super::Ray;
 use super::cells::Cells;
+use super::extent::Extent;
 use super::lids::Lids;
 use super::trace::{self, InstructionSet};
 use super::turbid::{Medium, Span};
@@ -52,14 +53,19 @@ impl Grass {
 
     /// From where on each of up to [`GROUP`] beams may be in the grass before its `end_m`; `None` for those that cannot.
     /// Beams that look alike are asked about much faster.
-    pub(super) fn begins(&self, rays: &[Ray], ends_m: &[f64; GROUP]) -> [Option<f64>; GROUP] {
+    pub(super) fn begins(
+        &self,
+        rays: &[Ray],
+        extent: &Extent,
+        ends_m: &[f64; GROUP],
+    ) -> [Option<f64>; GROUP] {
         let mut begins = [None; GROUP];
         if self.bare {
             return begins;
         }
         let far_m = ends_m[..rays.len()].iter().copied().fold(0.0, f64::max);
         let mut clear_m = [0.0; GROUP];
-        self.lids.clear_until(rays, far_m, &mut clear_m[..rays.len()]);
+        self.lids.clear_until(rays, extent, far_m, &mut clear_m[..rays.len()]);
         for (lane, ray) in rays.iter().enumerate() {
             let begin = clear_m[lane].max(ray.range_m_min);
             if begin < ends_m[lane] {
@@ -206,7 +212,7 @@ mod tests {
                 }
             };
             let rays: [Ray; GROUP] = std::array::from_fn(|_| ray(&mut draw));
-            let begins = grass.begins(&rays, &[12.0; GROUP]);
+            let begins = grass.begins(&rays, &Extent::of(&rays), &[12.0; GROUP]);
             let all = [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512];
             let [stops, others @ ..] = all.map(|isa| grass.stops(&rays, &begins, &[12.0; GROUP], isa));
             others.iter().for_each(|other| assert_eq!(stops, *other, "group {group}"));

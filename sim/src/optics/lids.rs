@@ -5,6 +5,7 @@
 
 use super::Ray;
 use super::cells::Cells;
+use super::extent::Extent;
 use super::soil;
 use arborloop_base::Grid;
 
@@ -79,8 +80,8 @@ impl Lids {
 
     /// Up to which distance each of these beams is above the surface for certain, or not over it; what lies beyond
     /// `far_m` is not asked.
-    pub(super) fn clear_until(&self, rays: &[Ray], far_m: f64, clear_m: &mut [f64]) {
-        let sheaf = Sheaf::of(rays);
+    pub(super) fn clear_until(&self, rays: &[Ray], extent: &Extent, far_m: f64, clear_m: &mut [f64]) {
+        let sheaf = Sheaf::of(extent);
         let Cells { low, step, cells_per_m, count } = self.squares;
         // How fast the farthest of them leaves a place.
         let pace = sheaf.along[0].abs().max(sheaf.along[1].abs()) + sheaf.spread;
@@ -139,17 +140,7 @@ impl Lids {
 }
 
 impl Sheaf {
-    fn of(rays: &[Ray]) -> Self {
-        let mut low = [f64::INFINITY; 7];
-        let mut high = [f64::NEG_INFINITY; 7];
-        for ray in rays {
-            let (from, along) = (&ray.origin, &ray.direction);
-            let numbers = [from.x, from.y, from.z, along.x, along.y, along.z, ray.range_m_min];
-            for (number, value) in numbers.into_iter().enumerate() {
-                low[number] = low[number].min(value);
-                high[number] = high[number].max(value);
-            }
-        }
+    fn of(Extent { low, high }: &Extent) -> Self {
         let middle = |number: usize| 0.5 * (low[number] + high[number]);
         let half = |number: usize| 0.5 * (high[number] - low[number]);
         Sheaf {

@@ -1,6 +1,7 @@
 //! The soil in double precision: where exactly a beam crosses the triangles that the tracer found it to meet.
 
 use super::Ray;
+use super::extent::Extent;
 use arborloop_base::Grid;
 use arborloop_worlds::Terrain;
 use nalgebra::{Point3, Vector3};
@@ -73,16 +74,19 @@ impl Soil {
     }
 
     /// Whether beams that start in one block of the soil certainly start above it.
-    pub(super) fn covers_none(&self, rays: &[Ray]) -> bool {
+    pub(super) fn covers_none(&self, rays: &[Ray], extent: &Extent) -> bool {
         let Some(first) = rays.first() else { return true };
         let block = self.cell_at(first.origin.x, first.origin.y).map(|cell| cell / BLOCK);
         let top_m = self.tops.cells()[block[1] * self.tops.columns() + block[0]];
+        let Extent { low, high } = extent;
         // Inside the block, measured in its sides.
         let share = self.cells_per_m / BLOCK as f64;
-        let low = [0, 1].map(|axis| self.first[axis] * share + block[axis] as f64);
-        let inside = |ray: &Ray, axis: usize| (0.0..=1.0).contains(&(ray.origin[axis] * share - low[axis]));
-        rays.iter()
-            .all(|ray| ray.range_m_min == 0.0 && ray.origin.z > top_m && inside(ray, 0) && inside(ray, 1))
+        let inside = |axis: usize| {
+            let begin = self.first[axis] * share + block[axis] as f64;
+            low[axis] * share - begin >= 0.0 && high[axis] * share - begin <= 1.0
+        };
+        let from_begin = low[6] == 0.0 && high[6] == 0.0;
+        from_begin && low[2] > top_m && inside(0) && inside(1)
     }
 
     /// Whether the beam's stretch begins under the soil: it is then met where it begins.

@@ -38,6 +38,7 @@ use pole::Pole;
 use shoot::Shoot;
 pub use simd::InstructionSet;
 pub(super) use simd::{Job, run};
+pub(crate) use simd::{Loops, spread};
 use spur::Spur;
 use upper::{Fitted, Upper};
 use walk::Pending;

@@ -1,6 +1,7 @@
 //! What stops a beam by chance along its way: grass and haze, by Beer and Lambert, from one budget of optical depth.
 
 use super::exact::LEAF_TRANSMITTANCE_RATIO;
+use super::extent::Extent;
 use super::grass::{GROUP, Grass};
 use super::haze;
 use super::trace::{InstructionSet, Scene, Worker};
@@ -91,8 +92,13 @@ impl Turbid {
     }
 
     /// From where on each of some beams may be in grass before its `end_m`; see [`Grass::begins`].
-    pub(super) fn begins(&self, rays: &[Ray], ends_m: &[f64; GROUP]) -> [Option<f64>; GROUP] {
-        self.grass.begins(rays, ends_m)
+    pub(super) fn begins(
+        &self,
+        rays: &[Ray],
+        extent: &Extent,
+        ends_m: &[f64; GROUP],
+    ) -> [Option<f64>; GROUP] {
+        self.grass.begins(rays, extent, ends_m)
     }
 
     /// Whether nothing but grass can stop a beam by chance.

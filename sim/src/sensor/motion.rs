@@ -1,7 +1,10 @@
 //! The body's true motion over the last moments, one pose a tick, for sensors that fire between ticks.
 
+mod bundle;
+
 use crate::sensor::lidar::Stance;
 use arborloop_base::{Pose, Span, Time};
+pub(crate) use bundle::{BEAMS, Bundle, Carry, rows_of, times};
 use nalgebra::{Matrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 
@@ -109,6 +112,7 @@ impl Motion {
 }
 
 /// A tick of motion made ready to be asked many times.
+#[derive(Debug)]
 pub(crate) struct Stretch {
     from: Time,
     tick: Span,
@@ -193,15 +197,23 @@ fn rotation_by(turn: Vector3<f64>) -> UnitQuaternion<f64> {
     if square > SMALL {
         return UnitQuaternion::from_scaled_axis(turn);
     }
+    let (cos, sin_share) = turn_of(square);
+    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, half * sin_share))
+}
+
+/// Cosine of a small half turn of this square, and its sine over it.
+#[inline(always)]
+fn turn_of(square: f64) -> (f64, f64) {
     let cos = 1.0 - square * 0.5 * (1.0 - square * (1.0 / 12.0) * (1.0 - square * (1.0 / 30.0)));
     let sin_share =
         1.0 - square * (1.0 / 6.0) * (1.0 - square * (1.0 / 20.0) * (1.0 - square * (1.0 / 42.0)));
-    UnitQuaternion::new_unchecked(Quaternion::from_parts(cos, half * sin_share))
+    (cos, sin_share)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::optics::{InstructionSet, spread};
 
     #[test]
     fn motion_is_read_between_ticks_and_never_outside_what_is_kept() {
@@ -267,6 +279,41 @@ mod tests {
                 (stretch.at(stamp).vector(&inside.coords) - pose * inside.coords).norm() < 1e-14,
                 "{nanos}"
             );
+        }
+    }
+
+    #[test]
+    fn a_bundle_says_what_a_stretch_says_to_the_bit() {
+        let tick = Span::from_millis(1);
+        let mut draws = arborloop_base::Seed(6).stream("bundle").at(0);
+        for turn_rad in [0.005, 0.2] {
+            let mut motion = Motion::new(Time::from_nanos(0), Pose::identity(), tick, Span::from_millis(10));
+            for _ in 0..10 {
+                let turn = Vector3::from_fn(|_, _| turn_rad * draws.normal());
+                let rotation = motion.poses.back().unwrap().rotation * UnitQuaternion::new(turn);
+                motion.push(Pose::from_parts(Vector3::from_fn(|_, _| draws.normal()).into(), rotation));
+            }
+            let stretch = motion.stretch(Time::from_nanos(4_000_000));
+            let mut bundle = Bundle::default();
+            let flies = std::array::from_fn(|beam| beam % 5 != 3);
+            for beam in 0..BEAMS {
+                bundle.stamps_ns[beam] = 3_900_000 + 80_000 * beam as i64;
+                for axis in 0..3 {
+                    bundle.exit[axis][beam] = draws.normal();
+                    bundle.along[axis][beam] = draws.normal();
+                }
+            }
+            for isa in [InstructionSet::Portable, InstructionSet::Avx2, InstructionSet::Avx512] {
+                spread(isa, Carry { stretch: &stretch, flies: &flies, bundle: &mut bundle });
+                for (beam, flies) in flies.into_iter().enumerate() {
+                    let at = stretch.at(Time::from_nanos(bundle.stamps_ns[beam]));
+                    let (origin, direction) = match flies {
+                        true => (at.point(&bundle.exit(beam)), at.vector(&bundle.along(beam))),
+                        false => Default::default(),
+                    };
+                    assert_eq!((bundle.origin(beam), bundle.direction(beam)), (origin, direction), "{isa:?}");
+                }
+            }
         }
     }
 }

@@ -17,6 +17,28 @@ pub(in crate::optics) trait Job {
     fn run<I: Isa>(self) -> Self::Out;
 }
 
+/// Arithmetic in loops over arrays, which the compiler spreads over whatever registers there are: the same bits with any.
+pub(crate) trait Loops {
+    /// Inlined always, like what it calls: see [`Job::run`].
+    fn run(self);
+}
+
+struct Spread<L>(L);
+
+impl<L: Loops> Job for Spread<L> {
+    type Out = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        self.0.run();
+    }
+}
+
+/// Runs loops with the registers of an instruction set.
+pub(crate) fn spread<L: Loops>(isa: InstructionSet, loops: L) {
+    run(isa, Spread(loops));
+}
+
 /// Instruction sets, widest last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InstructionSet {

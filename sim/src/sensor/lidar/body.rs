@@ -81,12 +81,13 @@ impl Body {
                 nearest = Some((range_m, normal.dot(direction).abs().min(1.0)));
             }
         };
-        let boxes = if self.around.may_be_met(origin, direction) { self.boxes.as_slice() } else { &[] };
+        let inverse = direction.map(f64::recip);
+        let boxes = if self.around.may_be_met(origin, &inverse) { self.boxes.as_slice() } else { &[] };
         for (shape_from_base, half) in boxes {
             let met = cross_box(half, &(shape_from_base * origin), &(shape_from_base * direction));
             offer(met.map(|(range_m, normal)| (range_m, shape_from_base.rotation.inverse() * normal)));
         }
-        if self.has_legs && stance.around.may_be_met(origin, direction) {
+        if self.has_legs && stance.around.may_be_met(origin, &inverse) {
             for [shoulder, knee, foot] in &stance.legs {
                 offer(cross_capsule(shoulder, knee, THIGH_RADIUS_M, origin, direction));
                 offer(cross_capsule(knee, foot, CALF_RADIUS_M, origin, direction));
@@ -150,12 +151,23 @@ impl Around {
         around
     }
 
-    /// Whether a beam comes through the box.
-    fn may_be_met(&self, origin: &Point3<f64>, direction: &Vector3<f64>) -> bool {
-        let (middle, half) = (nalgebra::center(&self.low, &self.high), (self.high - self.low) / 2.0);
-        let from_middle = Point3::from(origin - middle);
-        let inside = from_middle.coords.abs() <= half;
-        inside || cross_box(&half, &from_middle, direction).is_some()
+    /// Whether a beam may come through the box: true for every beam that does. `inverse` is one over its direction.
+    #[inline]
+    fn may_be_met(&self, origin: &Point3<f64>, inverse: &Vector3<f64>) -> bool {
+        let (mut enters, mut leaves) = (0.0, f64::INFINITY);
+        for axis in 0..3 {
+            let to_low = (self.low[axis] - origin[axis]) * inverse[axis];
+            let to_high = (self.high[axis] - origin[axis]) * inverse[axis];
+            // Along a side of the box.
+            if to_low.is_nan() || to_high.is_nan() {
+                continue;
+            }
+            let (near, far) = if to_low < to_high { (to_low, to_high) } else { (to_high, to_low) };
+            enters = if near > enters { near } else { enters };
+            leaves = if far < leaves { far } else { leaves };
+        }
+        // A hair for rounding.
+        enters <= leaves + 1e-9 * (1.0 + enters)
     }
 }
 

@@ -1,10 +1,10 @@
 //! Rays of one beam in a block of firing cycles: what the footprint of every firing meets, and what lies behind leaves.
 
 use super::{Beam, Lidar, Surroundings};
-use crate::optics::{Caster, Depth, Hit, Ray};
-use crate::sensor::motion::Stretch;
+use crate::optics::{Caster, Depth, Hit, Loops, Ray, spread};
+use crate::sensor::motion::{BEAMS, Bundle, Carry, Stretch, rows_of, times};
 use arborloop_base::{Draws, Time};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Vector3};
 use std::ops::Range;
 
 /// A ray is followed through this many surfaces that let light through.
@@ -29,7 +29,12 @@ pub(super) struct Scratch {
     next_rays: Vec<Ray>,
     next_owners: Vec<Owner>,
     /// Sine and cosine of the head's bearing at the begin of each cycle.
-    bearings: Vec<(f64, f64)>,
+    bearings: [[f64; BEAMS]; 2],
+    /// Optical depths of the middle rays, and these side by side.
+    depths: Vec<Depth>,
+    bundle: Bundle,
+    /// The ticks of motion in which the block's shots fly, and which of a beam's fly in each.
+    stretches: Vec<(Stretch, [bool; BEAMS])>,
 }
 
 /// One firing of one beam.
@@ -73,12 +78,46 @@ impl Scratch {
     }
 }
 
+/// Where the shots of a beam go.
+struct Aim<'a> {
+    beam: &'a Beam,
+    bearings: &'a [[f64; BEAMS]; 2],
+    base_turned: &'a Matrix3<f64>,
+    stretches: &'a [(Stretch, [bool; BEAMS])],
+    bundle: &'a mut Bundle,
+}
+
+impl Loops for Aim<'_> {
+    #[expect(clippy::needless_range_loop, reason = "a shot is one place in many arrays")]
+    #[inline(always)]
+    fn run(self) {
+        let Aim { beam, bearings, base_turned, stretches, bundle } = self;
+        let ((sin_lag, cos_lag), rows) = (beam.lag, rows_of(base_turned));
+        let (level, up) = (beam.cos, beam.sin);
+        for number in 0..BEAMS {
+            // The bearing less the beam's lag.
+            let (sin, cos) = (bearings[0][number], bearings[1][number]);
+            let (sin_azimuth, cos_azimuth) = (sin * cos_lag - cos * sin_lag, cos * cos_lag + sin * sin_lag);
+            let (x, y, z) = times(&rows, (level * cos_azimuth, level * sin_azimuth, up));
+            bundle.along[0][number] = x;
+            bundle.along[1][number] = y;
+            bundle.along[2][number] = z;
+        }
+        for (stretch, flies) in stretches.iter().filter(|(_, flies)| flies.contains(&true)) {
+            Carry { stretch, flies, bundle }.run();
+        }
+    }
+}
+
 impl Lidar {
     /// Where the head looks at the begin of each of these cycles.
     pub(super) fn turn_head(&self, cycles: &Range<i64>, scratch: &mut Scratch) {
         let bearing_rad = |cycle: i64| self.schedule.bearing_rad(cycle, self.schedule.start(cycle));
-        scratch.bearings.clear();
-        scratch.bearings.extend(cycles.clone().map(|cycle| bearing_rad(cycle).sin_cos()));
+        for (number, cycle) in cycles.clone().enumerate() {
+            let (sin, cos) = bearing_rad(cycle).sin_cos();
+            (scratch.bearings[0][number], scratch.bearings[1][number]) = (sin, cos);
+        }
+        scratch.stretches.clear();
     }
 
     /// Whether a shot meets one surface at most: one ray, nothing behind leaves, nothing in the air or on the window.
@@ -123,16 +162,57 @@ impl Lidar {
     /// The middle rays of a beam's shots. Those that follow each other look alike: the azimuths of one laser.
     #[inline(always)]
     fn aim_all(&self, cycles: &Range<i64>, beam: usize, around: Surroundings<'_>, scratch: &mut Scratch) {
-        scratch.shots.clear();
-        scratch.rays.clear();
-        scratch.bodies.clear();
-        let mut stretch = around.motion.stretch(self.schedule.start(cycles.start));
+        let own = &self.beams[beam];
+        let Scratch { shots, rays, bodies, bearings, depths, bundle, stretches, .. } = scratch;
+        shots.clear();
+        rays.clear();
+        bodies.clear();
+        depths.clear();
+        bundle.exit = [0, 1, 2].map(|axis| [own.exit_in_base[axis]; BEAMS]);
+        stretches.iter_mut().for_each(|(_, flies)| *flies = [false; BEAMS]);
         for (number, cycle) in cycles.clone().enumerate() {
-            let stamp = self.schedule.start(cycle) + self.beams[beam].fires_after;
-            if !stretch.holds(stamp) {
-                stretch = around.motion.stretch(stamp);
+            let mut shot = self.shot(cycle, beam);
+            depths.push(Depth::drawn(&mut shot.draws));
+            bundle.stamps_ns[number] = shot.stamp.nanos();
+            if self.spec.model.beams.radius_m != 0.0 {
+                let exit = self.base_from_lidar * self.exit(&shot);
+                (0..3).for_each(|axis| bundle.exit[axis][number] = exit[axis]);
             }
-            self.aim(cycle, beam, number, &stretch, around, scratch);
+            match stretches.iter_mut().find(|(stretch, _)| stretch.holds(shot.stamp)) {
+                Some((_, flies)) => flies[number] = true,
+                None => {
+                    let flies = std::array::from_fn(|other| other == number);
+                    stretches.push((around.motion.stretch(shot.stamp), flies));
+                }
+            }
+            shots.push(shot);
+        }
+        let base_turned = &self.base_turned;
+        spread(around.optics.instruction_set(), Aim { beam: own, bearings, base_turned, stretches, bundle });
+        for (number, shot) in shots.iter().enumerate() {
+            let body = if own.near_body {
+                let stance = around.motion.stance(shot.stamp);
+                self.body.cast(&bundle.exit(number), &bundle.along(number), stance)
+            } else {
+                None
+            };
+            // Hardly a beam meets the body. A copy of a hit that is none would have to wait for it to be written.
+            let mut range_m_max = self.spec.range_m_max;
+            match body {
+                Some(hit) => {
+                    range_m_max = hit.range_m.min(range_m_max);
+                    bodies.push(Some(hit));
+                }
+                None => bodies.push(None),
+            }
+            rays.push(Ray {
+                stamp: shot.stamp,
+                origin: bundle.origin(number),
+                direction: bundle.direction(number),
+                range_m_min: 0.0,
+                range_m_max,
+                depth: depths[number],
+            });
         }
     }
 
@@ -155,51 +235,6 @@ impl Lidar {
     #[inline(always)]
     pub(super) fn azimuth_rad(&self, shot: &Shot) -> f64 {
         self.bearing_rad(shot) - self.beams[shot.beam].azimuth_rad
-    }
-
-    /// `number` is the cycle's in the block.
-    #[inline(always)]
-    fn aim(
-        &self,
-        cycle: i64,
-        beam: usize,
-        number: usize,
-        stretch: &Stretch,
-        around: Surroundings<'_>,
-        scratch: &mut Scratch,
-    ) {
-        let mut shot = self.shot(cycle, beam);
-        let (stamp, depth) = (shot.stamp, Depth::drawn(&mut shot.draws));
-        let beam = &self.beams[beam];
-        let exit = match self.spec.model.beams.radius_m {
-            0.0 => beam.exit_in_base,
-            _ => self.base_from_lidar * self.exit(&shot),
-        };
-        scratch.shots.push(shot);
-        // The bearing less the beam's lag.
-        let ((sin, cos), (sin_lag, cos_lag)) = (scratch.bearings[number], beam.lag);
-        let (sin_azimuth, cos_azimuth) = (sin * cos_lag - cos * sin_lag, cos * cos_lag + sin * sin_lag);
-        let along = self.base_turned * Vector3::new(beam.cos * cos_azimuth, beam.cos * sin_azimuth, beam.sin);
-        let world_from_base = stretch.at(stamp);
-        let body =
-            if beam.near_body { self.body.cast(&exit, &along, around.motion.stance(stamp)) } else { None };
-        // Hardly a beam meets the body. A copy of a hit that is none would have to wait for it to be written.
-        let mut range_m_max = self.spec.range_m_max;
-        match body {
-            Some(hit) => {
-                range_m_max = hit.range_m.min(range_m_max);
-                scratch.bodies.push(Some(hit));
-            }
-            None => scratch.bodies.push(None),
-        }
-        scratch.rays.push(Ray {
-            stamp,
-            origin: world_from_base.point(&exit),
-            direction: world_from_base.vector(&along),
-            range_m_min: 0.0,
-            range_m_max,
-            depth,
-        });
     }
 
     /// Where the beam leaves the sensor, lidar frame.
