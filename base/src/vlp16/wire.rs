@@ -98,7 +98,8 @@ pub fn encode_as(sweep: &Sweep, mode: ReturnMode) -> Result<Vec<Packet>, WireErr
             if let Some(range_m) = one.range_m
                 && (one.number == 0 || place == 0)
             {
-                let steps = steps_of(range_m * cosine_of(one.elevation_rad) / LINES[laser].1);
+                let steps =
+                    whole_steps(range_m * cosine_of(one.elevation_rad) / LINES[laser].1 / DISTANCE_STEP_M);
                 let at = 4 + 3 * (cycle % 2 * LASERS + laser);
                 block[at..at + 2].copy_from_slice(&steps.to_le_bytes());
                 block[at + 2] = byte_of(one.intensity);
@@ -132,15 +133,17 @@ fn cosine_of(angle_rad: f64) -> f64 {
     1.0 - x * 0.5 * (1.0 - x * (1.0 / 12.0) * (1.0 - x * (1.0 / 30.0) * (1.0 - x * (1.0 / 56.0) * tail)))
 }
 
-/// A distance that is no miss, in steps of 2 mm.
+/// A distance that is no miss, counted in steps of 2 mm, as the nearest whole number of them.
 #[inline(always)]
-fn steps_of(along_beam_m: f64) -> u16 {
-    nearest((along_beam_m / DISTANCE_STEP_M).clamp(1.0, f64::from(u16::MAX))) as u16
+fn whole_steps(steps: f64) -> u16 {
+    // From one on, half a step more is exact, so that this is [`nearest`].
+    (steps.clamp(1.0, f64::from(u16::MAX)) + 0.5) as u32 as u16
 }
 
 #[inline(always)]
 fn byte_of(intensity: f32) -> u8 {
-    nearest(f64::from(intensity).clamp(0.0, 255.0)) as u8
+    // A number of single precision below a half is below it by more than double precision loses.
+    (f64::from(intensity).clamp(0.0, 255.0) + 0.5) as u32 as u8
 }
 
 /// Share of the way to the next block's azimuth at each firing of a block.
@@ -186,7 +189,8 @@ impl Turn {
     #[inline(always)]
     pub fn carry(&self, cycle: usize, laser: usize, along_beam_m: Option<f64>, intensity: f32) -> Return {
         let (azimuth, step) = self.blocks[cycle / 2];
-        let (steps, byte) = along_beam_m.map_or((0, 0), |along_m| (steps_of(along_m), byte_of(intensity)));
+        let (steps, byte) = along_beam_m
+            .map_or((0, 0), |along_m| (whole_steps(along_m / DISTANCE_STEP_M), byte_of(intensity)));
         let [low, high] = steps.to_le_bytes();
         let fired_after = CYCLE_STEP * cycle as i64 + LASER_STEP * laser as i64;
         let clockwise = clockwise_of(azimuth, step, cycle % 2 * LASERS + laser);
