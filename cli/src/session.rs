@@ -166,57 +166,51 @@ pub(crate) fn simulate(
             trace.write(sim.now(), &record).map_err(Failure::Recording)?;
         }
     }
-    trace.next = None;
+    let mut trace = trace.ended();
     let path = Trajectory::new(std::mem::take(&mut trace.path))
         .map_err(|error| Failure::Internal(format!("the simulated path is broken: {error}")))?;
-    let world_from_map = planar(&sim.world_from_start());
-    let results: Vec<SystemResult> = systems
-        .iter()
-        .zip(&stopwatches)
-        .zip(maps)
-        .map(|((system, stopwatch), map)| {
-            let trajectory = trace.trajectory(&system.name);
-            let stamps: Vec<Time> = trajectory.poses().iter().map(|(stamp, _)| *stamp).collect();
-            let settings = ScoreSettings::new(Alignment::None, PoseTime::SweepEnd);
-            let said = trace.estimates.get(&system.name).map_or(&[][..], Vec::as_slice);
-            let revised = system.slam.trajectory();
-            let score = resample(&path, &stamps)
-                .and_then(|reference| {
-                    score(&reference, &trajectory, &settings)?
-                        .with_covariances(&reference, &trajectory, said, &settings)?
-                        .with_revised(&reference, revised.as_ref(), &settings)
-                })
-                .map_err(|error| error.to_string());
-            let map_score = map.as_ref().and_then(|map| {
-                score_map(&truth_map, map, &world_from_map, MapScoreSettings::default()).ok()
-            });
-            let health = count(said);
-            SystemResult {
-                name: system.name.clone(),
-                trajectory,
-                revised,
-                score,
-                map,
-                map_score,
-                health,
-                cpu_ms: Stats::of(&stopwatch.milliseconds()),
-            }
-        })
-        .collect();
+    let (now, world_from_map) = (sim.now(), planar(&sim.world_from_start()));
+    // The recording is completed while what was said is scored.
+    let (results, recorded) = std::thread::scope(|scope| {
+        let recorded = scope.spawn(|| close(recorder, now, &truth_map));
+        let results: Vec<SystemResult> = systems
+            .iter()
+            .zip(&stopwatches)
+            .zip(maps)
+            .map(|((system, stopwatch), map)| {
+                let trajectory = trace.trajectory(&system.name);
+                let stamps: Vec<Time> = trajectory.poses().iter().map(|(stamp, _)| *stamp).collect();
+                let settings = ScoreSettings::new(Alignment::None, PoseTime::SweepEnd);
+                let said = trace.estimates.get(&system.name).map_or(&[][..], Vec::as_slice);
+                let revised = system.slam.trajectory();
+                let score = resample(&path, &stamps)
+                    .and_then(|reference| {
+                        score(&reference, &trajectory, &settings)?
+                            .with_covariances(&reference, &trajectory, said, &settings)?
+                            .with_revised(&reference, revised.as_ref(), &settings)
+                    })
+                    .map_err(|error| error.to_string());
+                let map_score = map.as_ref().and_then(|map| {
+                    score_map(&truth_map, map, &world_from_map, MapScoreSettings::default()).ok()
+                });
+                let health = count(said);
+                SystemResult {
+                    name: system.name.clone(),
+                    trajectory,
+                    revised,
+                    score,
+                    map,
+                    map_score,
+                    health,
+                    cpu_ms: Stats::of(&stopwatch.milliseconds()),
+                }
+            })
+            .collect();
+        (results, recorded.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    });
+    let recorded = recorded?;
     let (tilt_deg, speed_mps, sweeps) =
         (std::mem::take(&mut trace.tilt_deg), std::mem::take(&mut trace.speed_mps), trace.sweeps);
-    drop(trace);
-    let recorder = match recorder {
-        Some(recorder) => recorder.finish().map_err(|error| Failure::Recording(error.into()))?,
-        None => None,
-    };
-    let recorded = match recorder {
-        Some(mut recorder) => {
-            recorder.truth_map(sim.now(), &truth_map)?;
-            Some(recorder.finish()?)
-        }
-        None => None,
-    };
     let stamps: Vec<Time> =
         (0..).map(|n| n * 20).map_while(|n| path.poses().get(n)).map(|(t, _)| *t).collect();
     let reference = resample(&path, &stamps)
@@ -341,6 +335,22 @@ pub(crate) fn replay(
         realtime_factor: span / begin.elapsed().as_secs_f64().max(1e-9),
         damage,
     })
+}
+
+/// Waits for what is still to be written, adds the true map and completes the recording.
+fn close(
+    recorder: Option<BackgroundRecorder>,
+    now: Time,
+    truth_map: &Grid<Cell>,
+) -> Result<Option<Recorded>, Failure> {
+    let recorder = recorder.map(BackgroundRecorder::finish).transpose();
+    match recorder.map_err(|error| Failure::Recording(error.into()))?.flatten() {
+        Some(mut recorder) => {
+            recorder.truth_map(now, truth_map)?;
+            Ok(Some(recorder.finish()?))
+        }
+        None => Ok(None),
+    }
 }
 
 fn build(

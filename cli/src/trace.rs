@@ -24,6 +24,19 @@ impl<'a> Trace<'a> {
         Trace { next, ..Trace::default() }
     }
 
+    /// What was seen, with nobody to hand it on to.
+    pub(crate) fn ended(self) -> Trace<'static> {
+        Trace {
+            path: self.path,
+            estimates: self.estimates,
+            tilt_deg: self.tilt_deg,
+            speed_mps: self.speed_mps,
+            sweeps: self.sweeps,
+            next: None,
+            twist: self.twist,
+        }
+    }
+
     /// What a system said, as a trajectory; answers that repeat a stamp or hold no number are left out.
     pub(crate) fn trajectory(&self, system: &str) -> Trajectory {
         let mut trajectory = Trajectory::default();
