@@ -65,7 +65,9 @@ impl Hits {
                     if tilt.0 != elevation_rad {
                         *tilt = (elevation_rad, elevation_rad.sin_cos());
                     }
-                    self.met.extend(hit(&self.base_from_lidar, &miss, tilt.1, range_m));
+                    if let Some(hit) = hit(&self.base_from_lidar, &miss, tilt.1, range_m) {
+                        self.met.push(hit);
+                    }
                 }
                 // Too near says nothing of what lies behind; not finite says nothing at all.
                 Some(_) => {}
@@ -82,6 +84,7 @@ impl Hits {
 
 /// What a beam meets at a range, meters; `None` when its direction is not finite. The tilt is the sine and cosine of its
 /// elevation.
+#[inline(always)]
 fn hit(
     base_from_lidar: &Rotation3<f64>,
     beam: &Miss,
