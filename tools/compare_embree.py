@@ -84,7 +84,7 @@ def main():
     arguments.add_argument("--scene", default="M", choices="SML")
     arguments.add_argument("--poses", default=4, type=int)
     arguments.add_argument("--rounds", default=7, type=int)
-    arguments.add_argument("--isa", default="avx512", choices=["portable", "avx2", "avx512"])
+    arguments.add_argument("--isa", default="avx2", choices=["portable", "avx2", "avx512"])
     arguments.add_argument("--ways", default="flat1,inst16", help="of " + ", ".join(WAYS))
     arguments.add_argument("--engine", help="a bench binary that exists already")
     wanted = arguments.parse_args()

@@ -5,7 +5,7 @@
 //!
 //! - `--scene S|M|L` (several allowed; all three unless said), `--rounds N` (5), `--poses N` (4)
 //! - `--wind off|on|still-limbs|limbs` with `--serve` and `--export` (off)
-//! - `--isa portable|avx2|avx512` (the widest)
+//! - `--isa portable|avx2|avx512` (the fastest: avx2 where it is present)
 //! - `--no-rapier` leaves rapier out
 //! - `--export DIR` writes one scene, its rays and our hits as plain arrays
 //! - `--serve` casts all rays of one scene for each line read, `find` or `cast`, and prints the CPU seconds
@@ -60,7 +60,7 @@ fn read_flags(mut flags: impl Iterator<Item = String>) -> Result<Wanted, String>
         rounds: 5,
         poses: 4,
         air: Air::Still,
-        isa: InstructionSet::widest(),
+        isa: InstructionSet::fastest(),
         rapier: true,
         export: None,
         serve: false,

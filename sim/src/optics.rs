@@ -123,7 +123,7 @@ impl Optics {
     }
 
     /// Casts with this instruction set from now on, or portably where the processor lacks it. Hits are the same bits
-    /// with any; the widest is the fastest, and chosen unless told otherwise.
+    /// with any; [`InstructionSet::fastest`] is chosen unless told otherwise.
     pub fn with_instruction_set(mut self, isa: InstructionSet) -> Self {
         self.scene.set_instruction_set(isa);
         self

@@ -141,7 +141,7 @@ impl Scene {
         let center = Point3::new(middle.x, middle.y, 0.0);
         let (grown, parts): (Vec<Grown>, Vec<Vec<Part>>) = world.prototypes.iter().map(Grown::new).unzip();
         let mut scene = Scene {
-            isa: InstructionSet::widest(),
+            isa: InstructionSet::fastest(),
             center,
             upper: Upper::new(Vec::new(), &[]),
             soil: Soil::new(&world.terrain, &center),
