@@ -114,3 +114,16 @@ fn carried_off_by_a_meter_mhd_is_there_at_once_and_honest_about_its_errors() {
         assert!(last.iter().all(|estimate| estimate.health == Health::Tracking), "{carried}");
     }
 }
+
+#[test]
+fn carried_off_farther_than_it_looks_at_first_mhd_finds_itself_before_it_believes_a_poor_match() {
+    for (by_m, turned_deg) in [([2.0, 0.0], 0.0), ([3.0, 1.0], 180.0)] {
+        let carried = format!("kidnap=[{{at_s=15.0, by_m={by_m:?}, turned_deg={turned_deg:?}}}]");
+        let run = check(&["gait.mode='strides'", &carried], &["mhd"], Driver::Truth);
+        is_sound(&run);
+        let score = run.score("mhd");
+        let consistency = score.consistency.unwrap();
+        assert!(score.loop_m < 0.06, "{carried}: {} m", score.loop_m);
+        assert_eq!(consistency.confidently_wrong, 0, "{carried}: {consistency:?}");
+    }
+}

@@ -62,7 +62,13 @@ const REFUSALS_MAX: usize = 3;
 /// How far from the prediction the wide search looks: at once, more per second without a match, and at most, meters.
 const ASTRAY_M_MIN: f64 = 1.0;
 const ASTRAY_MPS: f64 = 0.5;
+/// And more with every refused match: who is not found where he may have walked to was carried off, meters.
+const ASTRAY_M_REFUSED: f64 = 2.0;
 const ASTRAY_M_MAX: f64 = 5.0;
+/// How many times as poor as usual the match of a torn sweep is at the least, and the share by which a match tells what is
+/// usual: two seconds. Ordinary walks stay below 2, torn sweeps came out at 4 and 8.
+const UNUSUAL: f64 = 2.5;
+const USUAL_SHARE: f64 = 0.05;
 /// After so many sweeps in a row without a match the pose must not be used.
 const LOST_AFTER: usize = 10;
 
@@ -94,6 +100,8 @@ pub(crate) struct Mhd {
     refusals: usize,
     /// When the last match was good.
     seen: Option<Time>,
+    /// The k-best mean of a usual match of late, meters.
+    usual_m: Option<f64>,
 }
 
 impl Mhd {
@@ -125,6 +133,7 @@ impl Mhd {
             failures: 0,
             refusals: 0,
             seen: None,
+            usual_m: None,
         }
     }
 
@@ -169,7 +178,10 @@ impl Mhd {
         } else {
             (self.failures, self.refusals, self.seen) = (0, 0, Some(stamp));
         }
-        let health = self.health();
+        let mut health = self.health();
+        if health == Health::Tracking && self.is_torn(&found) {
+            health = Health::Degraded;
+        }
         if failed && self.refusals < REFUSALS_MAX {
             self.motion = Some(predicted);
             return self.answer(sweep.end, &predicted, None, health);
@@ -185,6 +197,15 @@ impl Mhd {
             self.draw_if_due(&found.motion);
         }
         self.answer(sweep.end, &found.motion, Some(&found), health)
+    }
+
+    /// Whether a match that is good enough is far from what is usual here: half of the sweep may be seen from elsewhere. Learns
+    /// what is usual.
+    fn is_torn(&mut self, found: &Match) -> bool {
+        let usual_m = *self.usual_m.get_or_insert(found.cost_m);
+        let limit_m = UNUSUAL * usual_m;
+        self.usual_m = Some(usual_m + USUAL_SHARE * (found.cost_m.min(limit_m) - usual_m));
+        found.cost_m > self.settings.poor_match_m && found.cost_m > limit_m
     }
 
     /// By the sweeps in a row without a good match.
@@ -217,7 +238,9 @@ impl Mhd {
             prior_m: 0.02,
         };
         let mut best = self.best_of(before, predicted, &near, duration_s, 3);
-        if best.cost_m > self.settings.poor_match_m || elapsed_s > self.settings.pause_s {
+        // Who is found outside of the lattice has not walked there.
+        let strayed = (best.motion.pose - predicted.pose).xy().norm() > near.reach_m;
+        if strayed || best.cost_m > self.settings.poor_match_m || elapsed_s > self.settings.pause_s {
             let wide = Lattice {
                 reach_m: self.astray_m(predicted.stamp),
                 reach_rad: std::f64::consts::PI,
@@ -240,13 +263,14 @@ impl Mhd {
         best
     }
 
-    /// How far from the prediction the robot may be: it walks on while its system is blind.
+    /// How far from the prediction the robot may be: it walks on while its system is blind, and is not always let walk.
     fn astray_m(&self, stamp: Time) -> f64 {
         let blind_s = match self.seen {
             Some(seen) if self.failures > 0 => (stamp - seen).seconds(),
             _ => 0.0,
         };
-        (ASTRAY_M_MIN + ASTRAY_MPS * blind_s).clamp(ASTRAY_M_MIN, ASTRAY_M_MAX)
+        let refused_m = ASTRAY_M_REFUSED * self.refusals as f64;
+        (ASTRAY_M_MIN + ASTRAY_MPS * blind_s + refused_m).clamp(ASTRAY_M_MIN, ASTRAY_M_MAX)
     }
 
     fn best_of(

@@ -1,6 +1,6 @@
 //! The pose graph: places joined by the steps between them and by returns, and the poses that agree with all of them best.
 
-use nalgebra::{DVector, Matrix3, Rotation2, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Rotation2, Vector3};
 use nalgebra_sparse::{CooMatrix, CscMatrix, factorization::CscCholesky};
 
 /// Gauss-Newton steps at most, and the largest change that ends them, meters and radians.
@@ -78,11 +78,6 @@ impl Edge {
         off
     }
 
-    /// Whether the poses say that it is true.
-    pub(crate) fn is_believed(&self, poses: &[Vector3<f64>]) -> bool {
-        self.odds(poses) < ODD * ODD
-    }
-
     /// How far it is off, in its own standard deviations, squared.
     fn odds(&self, poses: &[Vector3<f64>]) -> f64 {
         let off = self.residual(poses);
@@ -90,11 +85,13 @@ impl Edge {
     }
 }
 
-/// Moves all poses but the first to where they agree with the edges best; says whether it could.
-pub(crate) fn relax(poses: &mut [Vector3<f64>], edges: &[Edge]) -> bool {
+/// Moves all poses but the first to where they agree with the edges best. The covariance of the last one as seen from the
+/// first; `None` where the edges do not hold all poses, which then stay.
+pub(crate) fn relax(poses: &mut [Vector3<f64>], edges: &[Edge]) -> Option<Matrix3<f64>> {
     let free = poses.len().saturating_sub(1) * 3;
+    let mut covariance = Matrix3::zeros();
     if free == 0 {
-        return true;
+        return Some(covariance);
     }
     for _ in 0..STEPS_MAX {
         let mut normal = CooMatrix::new(free, free);
@@ -117,19 +114,22 @@ pub(crate) fn relax(poses: &mut [Vector3<f64>], edges: &[Edge]) -> bool {
                 }
             }
         }
-        let Ok(factors) = CscCholesky::factor(&CscMatrix::from(&normal)) else { return false };
+        let factors = CscCholesky::factor(&CscMatrix::from(&normal)).ok()?;
         let step = factors.solve(&right);
         if !step.iter().all(|n| n.is_finite()) {
-            return false;
+            return None;
         }
         for (pose, step) in poses[1..].iter_mut().zip(step.as_slice().chunks_exact(3)) {
             *pose += Vector3::from_column_slice(step);
         }
+        let of_last = factors
+            .solve(&DMatrix::from_fn(free, 3, |row, axis| if row == free - 3 + axis { 1.0 } else { 0.0 }));
+        covariance = of_last.fixed_view::<3, 3>(free - 3, 0).into_owned();
         if step.amax() < SMALL {
             break;
         }
     }
-    true
+    Some(covariance)
 }
 
 #[cfg(test)]
@@ -174,10 +174,25 @@ mod tests {
         let (mut poses, mut edges) = crooked(0.001);
         assert!(poses[40].xy().norm() > 0.2);
         edges.push(home(Vector3::new(0.0, 0.0, 2.0 * PI)));
-        assert!(relax(&mut poses, &edges));
+        assert!(relax(&mut poses, &edges).is_some());
         assert_eq!(poses[0], Vector3::zeros());
         assert!(poses[40].xy().norm() < 0.02, "{}", poses[40]);
         assert!((poses[20].xy() - nalgebra::Vector2::new(10.0, 10.0)).norm() < 0.05, "{}", poses[20]);
+    }
+
+    #[test]
+    fn the_covariance_of_the_last_pose_is_that_carried_along_the_steps_until_a_return_holds_it() {
+        let (mut poses, mut edges) = crooked(0.0);
+        let of_step = edges[0].information.try_inverse().unwrap();
+        let slow = edges
+            .iter()
+            .zip(&poses)
+            .fold(Matrix3::zeros(), |all, (edge, pose)| carried(pose, &all, &edge.seen, &of_step));
+        let found = relax(&mut poses, &edges).unwrap();
+        assert!((found - slow).norm() < 1e-6 * slow.norm(), "{found} {slow}");
+        edges.push(home(Vector3::new(0.0, 0.0, 2.0 * PI)));
+        let held = relax(&mut poses, &edges).unwrap();
+        assert!(held[(0, 0)] < 1e-4 && held[(0, 0)] > 0.5e-4 && found[(0, 0)] > 1e-2, "{held} {found}");
     }
 
     #[test]
@@ -188,7 +203,7 @@ mod tests {
         edges.push(from_20);
         edges.push(Edge { from: 10, to: 35, ..home(Vector3::new(3.0, 1.0, 0.4)) });
         let mut poses = straight.clone();
-        assert!(relax(&mut poses, &edges));
+        assert!(relax(&mut poses, &edges).is_some());
         let off = poses.iter().zip(&straight).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         assert!(off < 0.02, "{off}");
     }
@@ -204,11 +219,11 @@ mod tests {
 
     #[test]
     fn a_lone_place_and_a_graph_in_two_parts_are_no_error() {
-        assert!(relax(&mut [Vector3::zeros()], &[]));
+        assert_eq!(relax(&mut [Vector3::zeros()], &[]), Some(Matrix3::zeros()));
         let (mut poses, edges) = crooked(0.0);
         poses.push(Vector3::new(9.0, 9.0, 0.0));
         let before = poses.clone();
-        assert!(!relax(&mut poses, &edges));
+        assert_eq!(relax(&mut poses, &edges), None);
         assert_eq!(poses, before);
     }
 }

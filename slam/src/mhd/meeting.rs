@@ -21,7 +21,7 @@ const REACH_M: [f64; 2] = [0.5, 1.0];
 const REACH_RAD: [f64; 2] = [0.02, 0.04];
 const STEP_RAD: f64 = 0.005;
 /// It is looked for within so many standard deviations.
-const REACH_SD: f64 = 3.0;
+const REACH_SD: f64 = 2.0;
 /// Any prior makes the search look at all positions; this one prefers none.
 const PRIOR_M: f64 = 1e-6;
 /// Poses that are refined.
@@ -33,6 +33,9 @@ const OVERLAP_M: f64 = 0.12;
 /// A meeting is sure when its points agree this closely, meters, and so many of all were met twice.
 const SURE_M: f64 = 0.065;
 const SURE_RATIO: f64 = 0.2;
+/// Unless another pose, this far off, agrees about as closely, meters.
+const ANOTHER_M: f64 = 0.15;
+const CLEARLY_M: f64 = 0.008;
 /// Old places within this of the robot see the same things, meters; what they saw is laid out for a stretch of the way.
 pub(crate) const NEAR_M: f64 = 12.0;
 const STRETCH_M: f64 = 5.0;
@@ -48,6 +51,8 @@ pub(crate) struct Meetings {
     search: Search,
     refine: Refine,
     now: Vec<Feature>,
+    /// Cost, share met twice and pose of what was refined.
+    refined: Vec<(f64, f64, Vector3<f64>)>,
 }
 
 /// What was seen from old places, as a distance field around a point of the way.
@@ -95,16 +100,20 @@ impl Meetings {
             prior_m: PRIOR_M,
         };
         let found = self.search.run(field, &self.now, &believed, &lattice, KEEP_RATIO, WANTED);
-        let mut best: Option<(f64, f64, Vector3<f64>)> = None;
+        self.refined.clear();
         for start in found.iter().filter(|start| start.cost_m < HOPELESS_M) {
             let start = Motion { pose: start.pose, ..believed };
             let one = self.refine.run(field, &self.now, start, &believed, 0.0, KEEP_RATIO);
-            if best.is_none_or(|(cost_m, ..)| one.cost_m < cost_m) {
-                best = Some((one.cost_m, self.refine.share_within(OVERLAP_M), one.motion.pose));
-            }
+            self.refined.push((one.cost_m, self.refine.share_within(OVERLAP_M), one.motion.pose));
         }
-        let (_, _, pose) = best.filter(|(cost_m, ratio, _)| *cost_m < SURE_M && *ratio > SURE_RATIO)?;
-        Some(Vector3::new(pose.x + origin.x, pose.y + origin.y, pose.z))
+        let (cost_m, ratio, pose) = self.refined.iter().copied().min_by(|(a, ..), (b, ..)| a.total_cmp(b))?;
+        let is_another = |other: &Vector3<f64>| (other - pose).xy().norm() > ANOTHER_M;
+        let is_alone = !self
+            .refined
+            .iter()
+            .any(|(other_m, _, other)| *other_m < cost_m + CLEARLY_M && is_another(other));
+        let is_sure = cost_m < SURE_M && ratio > SURE_RATIO && is_alone;
+        is_sure.then(|| Vector3::new(pose.x + origin.x, pose.y + origin.y, pose.z))
     }
 }
 

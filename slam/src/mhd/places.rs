@@ -26,15 +26,23 @@ const RECENT: usize = 3;
 /// Variance of a step per meter along and aside, meters^2, and per meter and per radian of turn, radians^2.
 const STEP_M2: f64 = 9e-6;
 const STEP_RAD2: f64 = 4e-8;
-const TURN_RAD2: f64 = 4e-6;
+const TURN_RAD2: f64 = 1e-5;
 /// A turn in place is a way of this, meters: no step is without error.
 const WAY_M_MIN: f64 = 0.05;
 /// Standard deviations of a return, meters and radians: neighboring ones share their errors, so these are wide.
 const RETURN_M: f64 = 0.06;
-const RETURN_RAD: f64 = 0.008;
+const RETURN_RAD: f64 = 0.006;
 /// Estimates are only moved by more than this, meters and radians: less is what a meeting errs by.
 const MOVED_M: f64 = 0.03;
 const MOVED_RAD: f64 = 0.003;
+
+/// A meeting that wants to move the robot by more than this, meters or radians, must be confirmed by the next: within so much
+/// of the way, and as alike as this.
+const BOLD_M: f64 = 0.3;
+const BOLD_RAD: f64 = 0.03;
+const CONFIRMED_WITHIN_M: f64 = 8.0;
+const SAME_M: f64 = 0.15;
+const SAME_RAD: f64 = 0.02;
 
 /// A point as it was seen from its place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,12 +83,23 @@ impl Place {
     }
 }
 
+/// A meeting that wants to move the robot by so much.
+#[derive(Debug, Clone, Copy)]
+struct Claim {
+    way_m: f64,
+    /// From where the robot is believed to where it was met, map frame.
+    off: Vector3<f64>,
+    edge: Edge,
+}
+
 /// All places and what joins them.
 #[derive(Debug, Default)]
 pub(crate) struct Places {
     all: Vec<Place>,
     edges: Vec<Edge>,
     meetings: Meetings,
+    /// The last bold claim, still to be confirmed.
+    claim: Option<Claim>,
     /// Index of the place that the robot was at last.
     last: usize,
     /// The way up to now, meters, and the pose by which it is counted.
@@ -181,6 +200,26 @@ impl Places {
         self.all.push(here);
     }
 
+    /// Whether a claim may move the places: at once if it asks for little, else once another has asked for the same, which
+    /// then comes with it.
+    fn confirm(&mut self, claim: Claim) -> Option<Option<Claim>> {
+        if claim.off.xy().norm() < BOLD_M && claim.off.z.abs() < BOLD_RAD {
+            return Some(None);
+        }
+        let agrees = |before: &Claim| {
+            let apart = claim.off - before.off;
+            let is_near = claim.way_m - before.way_m < CONFIRMED_WITHIN_M;
+            is_near && apart.xy().norm() < SAME_M && apart.z.abs() < SAME_RAD
+        };
+        match self.claim.replace(claim).filter(agrees) {
+            Some(before) => {
+                self.claim = None;
+                Some(Some(before))
+            }
+            None => None,
+        }
+    }
+
     /// Looks whether what is seen here was seen long ago, and moves the places to agree.
     fn close(&mut self, settings: &MhdSettings) -> bool {
         let here = self.last;
@@ -194,18 +233,17 @@ impl Places {
         let from = &self.all[anchor];
         let seen = seen_from(&from.pose, &pose);
         let variances = Vector3::new(RETURN_M, RETURN_M, RETURN_RAD).map(|sd| sd * sd);
-        let met = carried(&from.pose, &from.covariance, &seen, &Matrix3::from_diagonal(&variances));
         let edge = Edge::new(anchor, here, seen, &variances, true);
-        self.edges.push(edge);
+        let claim = Claim { way_m: self.way_m, off: pose - self.all[here].pose, edge };
+        let Some(before) = self.confirm(claim) else { return false };
+        let edges = self.edges.len();
+        self.edges.extend(before.map(|before| before.edge).into_iter().chain([edge]));
         let mut poses: Vec<_> = self.all.iter().map(|place| place.pose).collect();
-        if !relax(&mut poses, &self.edges) {
-            self.edges.pop();
+        let Some(covariance) = relax(&mut poses, &self.edges) else {
+            self.edges.truncate(edges);
             return false;
-        }
-        // Steps from one place to the next are not independent of what closes them: the smaller of both, not their mean.
-        if edge.is_believed(&poses) && met.determinant() < self.all[here].covariance.determinant() {
-            self.all[here].covariance = met;
-        }
+        };
+        self.all[here].covariance = covariance;
         let moved = poses[here] - self.all[here].pose;
         if moved.xy().norm() < MOVED_M && moved.z.abs() < MOVED_RAD {
             return false;
