@@ -60,7 +60,7 @@ fn read_flags(mut flags: impl Iterator<Item = String>) -> Result<Wanted, String>
         rounds: 5,
         poses: 4,
         air: Air::Still,
-        isa: InstructionSet::fastest(),
+        isa: InstructionSet::fastest_to_trace(),
         rapier: true,
         export: None,
         serve: false,

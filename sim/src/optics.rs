@@ -123,15 +123,16 @@ impl Optics {
     }
 
     /// Casts with this instruction set from now on, or portably where the processor lacks it. Hits are the same bits
-    /// with any; [`InstructionSet::fastest`] is chosen unless told otherwise.
+    /// with any; unless told otherwise beams are traced with
+    /// [`InstructionSet::fastest_to_trace`], and what is around them is worked out with [`InstructionSet::widest`].
     pub fn with_instruction_set(mut self, isa: InstructionSet) -> Self {
         self.scene.set_instruction_set(isa);
         self
     }
 
-    /// The instruction set that beams are cast with.
-    pub(crate) fn instruction_set(&self) -> InstructionSet {
-        self.scene.instruction_set()
+    /// The instruction set for loops around the tracing.
+    pub(crate) fn loops(&self) -> InstructionSet {
+        self.scene.loops()
     }
 
     /// What each ray meets first, in the same order, on all threads of the current pool.
@@ -223,7 +224,7 @@ impl Optics {
             }
             let begins = self.turbid.begins(rays, &extent, &ends_m);
             if self.turbid.is_grass_alone() {
-                let isa = self.scene.instruction_set();
+                let isa = self.scene.loops();
                 let stops = self.turbid.stops(rays, &begins, &ends_m, isa);
                 for (hit, stop_m) in hits.iter_mut().zip(stops) {
                     if let Some(stop_m) = stop_m {

@@ -58,6 +58,7 @@ const PIECE_M: f64 = 0.3;
 #[derive(Debug)]
 pub(super) struct Scene {
     isa: InstructionSet,
+    loops: InstructionSet,
     /// Single-precision coordinates are seen from here.
     center: Point3<f64>,
     upper: Upper,
@@ -141,7 +142,8 @@ impl Scene {
         let center = Point3::new(middle.x, middle.y, 0.0);
         let (grown, parts): (Vec<Grown>, Vec<Vec<Part>>) = world.prototypes.iter().map(Grown::new).unzip();
         let mut scene = Scene {
-            isa: InstructionSet::fastest(),
+            isa: InstructionSet::fastest_to_trace(),
+            loops: InstructionSet::widest(),
             center,
             upper: Upper::new(Vec::new(), &[]),
             soil: Soil::new(&world.terrain, &center),
@@ -175,11 +177,12 @@ impl Scene {
     }
 
     pub(super) fn set_instruction_set(&mut self, isa: InstructionSet) {
-        self.isa = isa;
+        (self.isa, self.loops) = (isa, isa);
     }
 
-    pub(super) fn instruction_set(&self) -> InstructionSet {
-        self.isa
+    /// For loops that are not part of the tracing.
+    pub(super) fn loops(&self) -> InstructionSet {
+        self.loops
     }
 
     pub(super) fn worker(&self, world: &World) -> Worker {

@@ -51,9 +51,18 @@ pub enum InstructionSet {
 }
 
 impl InstructionSet {
-    /// The one that was measured to be the fastest of those that this processor has. Sixteen lanes took 1 to 5 percent
-    /// more time than eight, in still air and in the wind alike: `cargo bench -p arborloop-sim --bench rays`, with `--isa`.
-    pub fn fastest() -> Self {
+    /// The widest that this processor has: the fastest for plain loops.
+    pub fn widest() -> Self {
+        [InstructionSet::Avx512, InstructionSet::Avx2]
+            .into_iter()
+            .find(|isa| isa.is_present())
+            .unwrap_or(InstructionSet::Portable)
+    }
+
+    /// The one that was measured to be the fastest for tracing, of those that this processor has. Sixteen lanes took 1 to 5
+    /// percent more time than eight, in still air and in the wind alike: `cargo bench -p arborloop-sim --bench rays`, with
+    /// `--isa`.
+    pub fn fastest_to_trace() -> Self {
         if InstructionSet::Avx2.is_present() { InstructionSet::Avx2 } else { InstructionSet::Portable }
     }
 

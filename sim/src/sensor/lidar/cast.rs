@@ -188,7 +188,7 @@ impl Lidar {
             shots.push(shot);
         }
         let base_turned = &self.base_turned;
-        spread(around.optics.instruction_set(), Aim { beam: own, bearings, base_turned, stretches, bundle });
+        spread(around.optics.loops(), Aim { beam: own, bearings, base_turned, stretches, bundle });
         for (number, shot) in shots.iter().enumerate() {
             let body = if own.near_body {
                 let stance = around.motion.stance(shot.stamp);
