@@ -40,6 +40,7 @@ const DOORS: &[(&str, &[&str])] = &[
             "sim/src/run.rs",
             "sim/src/sensor/lidar.rs",
             "sim/src/sensor/lidar/deliver.rs",
+            "sim/src/simulator.rs",
         ],
     ),
     ("rand_pcg", &["base/src/seed.rs"]),

@@ -76,14 +76,14 @@ mod tests {
     }
 
     /// A robot on a circle that shakes its heading.
-    fn truth(time_s: f64) -> Vector3<f64> {
+    fn really(time_s: f64) -> Vector3<f64> {
         let angle = 0.4 * time_s;
         Vector3::new(2.0 * angle.sin(), 2.0 - 2.0 * angle.cos(), angle + 0.02 * (14.0 * time_s).sin())
     }
 
     fn motion(time_s: f64) -> Motion {
-        let velocity = (truth(time_s + 1e-4) - truth(time_s - 1e-4)) / 2e-4;
-        Motion { stamp: at(time_s), pose: truth(time_s), velocity }
+        let velocity = (really(time_s + 1e-4) - really(time_s - 1e-4)) / 2e-4;
+        Motion { stamp: at(time_s), pose: really(time_s), velocity }
     }
 
     #[test]
@@ -95,7 +95,7 @@ mod tests {
         }
         let finally = path.finally(&Places::default()).unwrap();
         for (stamp, pose) in &finally.poses()[..19] {
-            let (found, wanted) = (planar(pose), truth((*stamp - at(0.0)).seconds()));
+            let (found, wanted) = (planar(pose), really((*stamp - at(0.0)).seconds()));
             let off_rad = arborloop_base::wrap_angle(found.rotation.angle() - wanted.z).abs();
             // Constant velocity is off by up to 5 thousandths.
             assert!(off_rad < 5e-4 && (found.translation.vector - wanted.xy()).norm() < 1e-4, "{off_rad}");

@@ -282,7 +282,7 @@ mod tests {
     }
 
     /// The true pose after so much of the way around a square of 15 m.
-    fn truth(way_m: f64) -> Vector3<f64> {
+    fn really(way_m: f64) -> Vector3<f64> {
         let (side, along) = ((way_m / 15.0).floor(), way_m % 15.0);
         let heading = side * std::f64::consts::FRAC_PI_2;
         let corner = [(0.0, 0.0), (15.0, 0.0), (15.0, 15.0), (0.0, 15.0)][side as usize % 4];
@@ -293,13 +293,13 @@ mod tests {
     /// largest errors of the last meters, as drawn and as believed, and whether any way was closed.
     fn walk(first: &Grove, then: &Grove, places: &mut Places) -> (f64, f64, bool) {
         let settings = MhdSettings::default();
-        let (mut drawn, mut closed) = (truth(0.0), false);
+        let (mut drawn, mut closed) = (really(0.0), false);
         let (mut drawn_m, mut believed_m) = (0.0_f64, 0.0_f64);
         for step in 0..118 {
             let way_m = 0.5 * f64::from(step);
-            let pose = truth(way_m);
+            let pose = really(way_m);
             if step > 0 {
-                let mut seen = seen_from(&truth(way_m - 0.5), &pose);
+                let mut seen = seen_from(&really(way_m - 0.5), &pose);
                 seen.z += 0.0003;
                 drawn = onto(&drawn, &seen);
             }
@@ -321,7 +321,7 @@ mod tests {
         assert!(closed && drawn_m > 0.2, "{closed} {drawn_m}");
         assert!(believed_m < 0.1 && believed_m < 0.3 * drawn_m, "{believed_m} of {drawn_m}");
         assert!(places.has_left(0) && !places.has_left(places.last()));
-        let astray_m = places.astray(&truth(58.0))[(0, 0)].sqrt();
+        let astray_m = places.astray(&really(58.0))[(0, 0)].sqrt();
         assert!(astray_m > 0.01 && astray_m < 0.2, "{astray_m}");
     }
 
@@ -338,13 +338,13 @@ mod tests {
         let settings = MhdSettings::default();
         let mut counts = Vec::new();
         for step in 0..500 {
-            let pose = truth(0.5 * f64::from(step) % 60.0);
+            let pose = really(0.5 * f64::from(step) % 60.0);
             let motion = Motion { stamp: Time::default(), pose, velocity: Vector3::zeros() };
             places.visit(&motion, &grove.seen_from(&pose), &settings);
             counts.push(places.all.len());
         }
         assert!(counts[119] >= 40 && counts[499] <= counts[119] + 2, "{} {}", counts[119], counts[499]);
         // An exact way is not moved.
-        assert!((places.correct(&truth(10.0)) - truth(10.0)).norm() < 1e-9);
+        assert!((places.correct(&really(10.0)) - really(10.0)).norm() < 1e-9);
     }
 }
